@@ -69,10 +69,8 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments) {
       if (name != attachment.a && name != attachment.b) continue;
       HPDM_CHECK(TakesAttachments(model.options()));
       const OrganState& state = organs_[o].state();
-      pair[name == attachment.a ? 0 : 1] = {
-          static_cast<int>(o), model.rigid() ? 0 : model.control_points(),
-          state.control_displacements.rows(),
-          model.rigid() ? nullptr : state.relaxation->compliance()};
+      pair[name == attachment.a ? 0 : 1] = JoinedOrgan(
+          static_cast<int>(o), model, *state.relaxation, state.control_displacements.rows());
     }
     HPDM_CHECK(pair[0].index != pair[1].index);
     beds.emplace_back(attachment, organs_[ToSize(pair[0].index)].model(),
@@ -260,6 +258,7 @@ void DeformationLoop::FillSample(const ToolState& tools) {
       sample_.attachment_count = std::max(sample_.attachment_count, index + 1);
     }
   }
+  FillTensions();
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;
   for (int t = 0; t < tools.tool_count; ++t) {
@@ -271,6 +270,23 @@ void DeformationLoop::FillSample(const ToolState& tools) {
       sample_.beside[t][beside++] = InWorld(patches.places[p]);
     }
   }
+}
+
+// An organ whose shape has not changed keeps its tensions.
+void DeformationLoop::FillTensions() {
+  std::size_t first = 0;
+  for (const OrganStep& organ : organs_) {
+    const LatticeOrgan* lattice = organ.model().lattice_organ();
+    if (lattice == nullptr) continue;
+    const LayerTensions& tensions = lattice->fillings_and_layers().tensions();
+    HPDM_CHECK(first + tensions.layers() <= kMaxLayers);
+    if (organ.state().version == record_.number && tensions.layers() > 0) {
+      tensions.FindLargest(organ.state().vertices, organ.state().relaxation->Rotation(),
+                           {sample_.layer_tensions.data() + first, tensions.layers()});
+    }
+    first += tensions.layers();
+  }
+  sample_.layer_count = static_cast<int>(first);
 }
 
 // Adds the organ's offset to a contact.

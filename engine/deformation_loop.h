@@ -87,6 +87,7 @@ class DeformationLoop {
   void BuildContactPatch(const ToolState& tools);
   void ObserveLoad();
   void FillSample(const ToolState& tools);
+  void FillTensions();
   SolvedContact InWorld(SolvedContact contact) const;
   void Publish(const ToolState& tools);
   void FillScene(const ToolState& tools, SceneSnapshot* scene) const;

@@ -16,6 +16,11 @@ std::unique_ptr<const OrganMechanics> BuildMechanics(const OrganSurface& surface
   if (!surface.options.cuts.empty() && !TakesCuts(surface.options)) {
     throw InputError("organ \"" + surface.options.name + "\": cannot be cut; " + kCutRemedy);
   }
+  const bool has_parts = !surface.options.lumens.empty() || !surface.options.layers.empty();
+  if (has_parts && !TakesFillingsAndLayers(surface.options)) {
+    throw InputError("organ \"" + surface.options.name + "\": cannot have a lumen or a layer; " +
+                     kFillingsAndLayersRemedy);
+  }
   switch (surface.options.model) {
     case OrganModelType::kHpdm:
       return std::make_unique<LatticeOrgan>(surface, warnings);

@@ -115,8 +115,23 @@ struct SupportOptions {
 
 /// An organ without supports that moves as a whole (free_body.h).
 struct FreeOptions {
-  double drag = 0;                        ///< 1/s: its momentum decays as exp(-drag t).
-  Vector3d gravity_W = Vector3d::Zero();  ///< m/s^2, the scene's.
+  double drag = 0;  ///< 1/s: its momentum decays as exp(-drag t).
+};
+
+/// A fluid that fills closed lumens of an organ and keeps their volume (tissue/lumen.h).
+struct LumenOptions {
+  std::optional<Region> region;  ///< The lumens whose walls lie in it; absent: all.
+  bool filled = true;            ///< false: empty, as without these options.
+  double bulk_modulus = 2.2e9;   ///< Pa, of the filling: water's.
+};
+
+/// A thin membrane on an organ's outer surface, such as a capsule or the peritoneum
+/// (energy/fillings_and_layers.h).
+struct LayerOptions {
+  std::optional<Region> region;    ///< The part of the surface in it; absent: all.
+  double stiffness = 0;            ///< N/m: Young's modulus times thickness.
+  double poisson = 0.45;           ///< 0 <= nu < 0.5.
+  std::optional<double> strength;  ///< N/m: the tension at which it fails; absent: not known.
 };
 
 /// Stiffness of the tissue inside the region, at any depth: a tumour, a capsule. If regions
@@ -176,11 +191,14 @@ struct OrganOptions {
                                          ///< every hand; absent: chosen for each device.
   std::string texture;                   ///< Path, or empty.
   OrganMotion motion;
+  Vector3d gravity_W = Vector3d::Zero();  ///< m/s^2, the scene's.
   LatticeOptions lattice;
   EnergyOptions energy;
   MaterialOptions material;
   std::vector<StiffnessRegion> regions;  ///< kHpdm only.
   std::vector<SupportOptions> supports;
+  std::vector<LumenOptions> lumens;           ///< See TakesFillingsAndLayers().
+  std::vector<LayerOptions> layers;           ///< See TakesFillingsAndLayers().
   std::optional<FreeOptions> free;            ///< Absent: held by its supports; see TakesFree().
   std::vector<OrganContactOptions> contacts;  ///< Each pair stands in one of its two organs.
   std::vector<CutOptions> cuts;               ///< See TakesCuts().
@@ -209,6 +227,20 @@ inline bool TakesFree(const OrganOptions& organ) {
 inline constexpr const char* kFreeRemedy =
     "use model = \"hpdm\", type = \"strain\", strain = \"small\" and solver = \"cholesky\" without "
     "support, motion or prony";
+
+/// True if an organ can have filled lumens and layers: their stiffness is that at rest, a part of the
+/// lattice's constant one.
+inline bool TakesFillingsAndLayers(const OrganOptions& organ) {
+  return organ.model == OrganModelType::kHpdm && organ.energy.type == EnergyType::kStrain &&
+         organ.energy.strain == StrainMeasure::kSmall &&
+         organ.energy.solver == SolverType::kCholesky && organ.cuts.empty() &&
+         organ.lattice.adaptive.functions == 0;
+}
+
+/// The remedy for a lumen or a layer that TakesFillingsAndLayers() refuses.
+inline constexpr const char* kFillingsAndLayersRemedy =
+    "use model = \"hpdm\", type = \"strain\", strain = \"small\" and solver = \"cholesky\" without "
+    "cut or adaptive_functions";
 
 /// Returns the number of cells of the finer splines (LocalFunctionOptions).
 inline double FineCells(const OrganOptions& organ) {

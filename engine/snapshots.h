@@ -185,10 +185,13 @@ struct StepSample {
   std::array<OrganRelaxation, kMaxOrgans> organs;
   int attachment_count = 0;
   std::array<AttachmentOutcome, kMaxAttachments> attachments;  ///< In the scene's order.
-  int tool_count = 0;                                          ///< 0 before the first tick.
-  std::array<ToolPose, kMaxInstruments> tools;                 ///< As the step used them.
-  std::array<SolvedContact, kMaxInstruments> contacts;         ///< In the world, offset included.
-  std::array<ContactsBeside, kMaxInstruments> beside;          ///< The same.
+  int layer_count = 0;
+  /// Largest tension of each layer of the organs in turn, N/m. Not in the log.
+  std::array<double, kMaxLayers> layer_tensions{};
+  int tool_count = 0;                                   ///< 0 before the first tick.
+  std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
+  std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
+  std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
 };
 
 /// Skipped ticks by cause, as counted by RunOnSchedule (loop_schedule.h).

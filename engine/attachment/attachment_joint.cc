@@ -130,6 +130,11 @@ void AttachmentJoint::Respond() {
     organ.compliance->SolveLoads(loads);
     RowMatrix& response = members_[m].response;
     response = loads.topRows(3 * organ.control_points);
+    if (organ.weight_W != nullptr && organ.weight_W->size() > 0) {
+      if (sag_.size() == 0) sag_.setZero(3 * modes_);
+      sag_ += response.transpose() *
+              Eigen::Map<const Eigen::VectorXd>(organ.weight_W->data(), organ.weight_W->size());
+    }
     for (Eigen::Index a = 0; a < shape.cols(); ++a) {
       for (Eigen::Index j = 0; j < modes_; ++j) {
         if (shape(j, a) != 0) G.middleRows<3>(3 * j) += shape(j, a) * response.middleRows<3>(3 * a);
@@ -145,6 +150,17 @@ void AttachmentJoint::Respond() {
   stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
   stiffness_ = ((stiffness_ + stiffness_.transpose()) / 2).eval();
   for (Member& member : members_) member.tied = member.response * stiffness_;
+}
+
+AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Relaxation& relaxation,
+                                   Eigen::Index rows) {
+  if (organ.rigid()) return {.index = index, .rows = rows};
+  const bool held = !organ.options().supports.empty();
+  return {.index = index,
+          .control_points = organ.control_points(),
+          .rows = rows,
+          .compliance = relaxation.compliance(),
+          .weight_W = held ? &organ.lattice_organ()->weight_W() : nullptr};
 }
 
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(

@@ -32,6 +32,8 @@ class AttachmentJoint {
     int control_points = 0;
     Eigen::Index rows = 0;
     const LatticeCompliance* compliance = nullptr;
+    /// Of its tissue, on the control points, n x 3, N; nullptr: none that a layer bears.
+    const Points* weight_W = nullptr;
   };
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Member {
@@ -56,6 +58,9 @@ class AttachmentJoint {
   Eigen::Index modes() const { return modes_; }  ///< r, along each axis.
   /// Returns the number of the organ's member, or -1.
   int MemberOf(int organ) const;
+  /// 3r, m: how far the organs' weight would move the modes without the layers, Phi H W. Empty
+  /// without a weight.
+  const Eigen::VectorXd& sag() const { return sag_; }
   /// G^-1, 3r x 3r, N/m.
   const Eigen::MatrixXd& stiffness() const { return stiffness_; }
 
@@ -70,7 +75,14 @@ class AttachmentJoint {
   std::vector<Layer> layers_;
   Eigen::Index modes_ = 0;
   Eigen::MatrixXd stiffness_;
+  Eigen::VectorXd sag_;
 };
+
+/// An organ for a joint. `relaxation`: at rest, of the organ; `rows`: its control points and slots. All
+/// must outlive the joint's construction. The weight of an organ without a support is left out: nothing
+/// but the layer would bear it, and it would have no place once freed.
+AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Relaxation& relaxation,
+                                   Eigen::Index rows);
 
 /// Groups the beds into joints. `organs`: a and b of each bed.
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(

@@ -20,7 +20,9 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
       offset_(Eigen::VectorXd::Zero(along_.rows())),
       free_(offset_),
       w_(offset_),
-      q_(offset_) {}
+      q_(offset_) {
+  state_.Report(w_, outcomes_);  // the weight that the layers bear
+}
 
 bool AttachmentLink::IsMovedApart(std::span<const Vector3d> offsets_W) const {
   for (const Vector3d& offset_W : offsets_W) {
@@ -88,9 +90,12 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
 void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
   if (round_++ == 0) FillColumns(bodies, *solver);
   state_.Refactor();
+  // w = w_0 - G (R w + released): the released weight acts on the organs like a layer's force.
   free_ = offset_;
+  state_.TakeReleasedWeight(free_);
   state_.Settle(free_);
   state_.ForcesOf(free_, q_);
+  state_.AddReleasedWeight(q_);
   const auto count = static_cast<Eigen::Index>(column_count_);
   for (Eigen::Index e = 0; e < count; ++e) {
     solver->change()[equations_[ToSize(e)]] += along_.col(e).dot(q_);
@@ -119,6 +124,7 @@ bool AttachmentLink::Advance(const ContactSolver& solver) {
   w_ += free_;
   if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
   state_.ForcesOf(w_, q_);
+  state_.AddReleasedWeight(q_);
   return state_.Update(w_) || round_ >= kMaxRounds;
 }
 

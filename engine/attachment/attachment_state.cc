@@ -2,7 +2,11 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
+#include <cstdio>
+#include <string>
 #include <utility>
+
+#include "engine/base/error.h"
 
 namespace hpdm {
 namespace {
@@ -23,6 +27,33 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   damage_.assign(count, 0);
   closed_.assign(count, 0);
   Refactor();
+  if (joint_->sag().size() > 0) BearWeight();
+}
+
+// Finds what the undamaged layers bear. Refuses a layer that it would damage.
+void AttachmentState::BearWeight() {
+  Eigen::VectorXd w = joint_->stiffness() * joint_->sag();
+  Settle(w);
+  borne_.resize(static_cast<Eigen::Index>(damage_.size()), 3);
+  released_.setZero(w.size());
+  Eigen::Index at = 0;
+  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+    const AttachmentBed& bed = layer.bed;
+    for (int i = 0; i < bed.size(); ++i, ++at) {
+      const Vector3d delta = DisplacementOf(layer, i, w);
+      borne_.row(at) = delta.transpose();
+      const double traction = bed.law.stiffness * bed.law.Effective(delta, bed.normals_W.row(i));
+      if (traction <= bed.options.strength) continue;
+      char text[240];
+      const auto p_W = bed.points_W[0].row(i);
+      std::snprintf(text, sizeof text,
+                    "\": the weight that it bears loads it with %.3g Pa at [%.3f, %.3f, %.3f], "
+                    "beyond its strength of %.3g Pa; give a larger one, a support or less gravity",
+                    traction, p_W.x(), p_W.y(), p_W.z(), bed.options.strength);
+      throw InputError("[[attachment]] of organs \"" + bed.options.a + "\" and \"" + bed.options.b +
+                       text);
+    }
+  }
 }
 
 std::span<const double> AttachmentState::DamageOf(std::size_t layer) const {
@@ -35,6 +66,7 @@ void AttachmentState::Refactor() {
   if (!changed_) return;
   changed_ = false;
   R_.setZero();
+  if (released_.size() > 0) released_.setZero();
   std::size_t first = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     const Eigen::Index s = layer.samples.rows(), at = 3 * layer.first_mode;
@@ -65,6 +97,19 @@ void AttachmentState::Refactor() {
         for (Eigen::Index j = 0; j < s; ++j) {
           block.block<3, 3>(3 * j, 3 * l) += layer.samples(j, i) * layer.samples(l, i) * along;
         }
+      }
+    }
+    for (int i = 0; i < layer.bed.size() && released_.size() > 0; ++i) {
+      const auto sample = static_cast<Eigen::Index>(first) + i;
+      const double d = damage_[ToSize(sample)];
+      if (d == 0) continue;
+      Vector3d lost = d * layer.bed.areas[i] * layer.bed.law.stiffness * borne_.row(sample);
+      if (closed_[ToSize(sample)] != 0) {
+        const Vector3d n = layer.bed.normals_W.row(i);
+        lost -= n.dot(lost) * n;
+      }
+      for (Eigen::Index j = 0; j < s; ++j) {
+        released_.segment<3>(at + 3 * j) -= layer.samples(j, i) * lost;
       }
     }
     first += ToSize(layer.bed.size());
@@ -111,7 +156,7 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     const CohesiveLaw& law = layer.bed.law;
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
-      const Vector3d delta = DisplacementOf(layer, i, w);
+      const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);
       const Vector3d normal = layer.bed.normals_W.row(i);
       const double damage = law.Damage(law.Effective(delta, normal));
       if (damage > damage_[at]) {
@@ -139,7 +184,8 @@ void AttachmentState::Report(const Eigen::VectorXd& w,
     outcome = {};
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
       const double area = layer.bed.areas[i], d = damage_[at], k = layer.bed.law.stiffness;
-      const Vector3d delta = DisplacementOf(layer, i, w), n = layer.bed.normals_W.row(i);
+      const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);
+      const Vector3d n = layer.bed.normals_W.row(i);
       outcome.load_W -= area * (1 - d) * k * delta;
       if (closed_[at] != 0) outcome.load_W -= area * d * k * n.dot(delta) * n;
       outcome.largest_damage = std::max(outcome.largest_damage, d);

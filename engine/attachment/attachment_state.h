@@ -10,6 +10,11 @@
 namespace hpdm {
 
 /// The damage of the layers of one joint, and the response of its organs that follows from it.
+///
+/// Under gravity the shape at rest is that under the organs' weight W. Supports and layers bear it as
+/// they would if it came upon them unstressed: a layer's samples then have the displacements
+/// delta_g = M (1 + G R)^-1 Phi H W, and the tractions k delta_g at the start. So their law is that of
+/// delta + delta_g, and what damage takes from it, R_0 delta_g - R delta_g, moves the organs.
 /// Copies continue to the last bit. Deformation thread; allocates nothing after its construction.
 class AttachmentState {
  public:
@@ -39,6 +44,15 @@ class AttachmentState {
   void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::Ref<Eigen::VectorXd> q) const {
     q.noalias() = R_ * w;
   }
+  /// Adds the part of the weight that the damaged layers no longer bear, N: R's change times the
+  /// displacements that the weight would have given the undamaged layers.
+  void AddReleasedWeight(Eigen::Ref<Eigen::VectorXd> q) const {
+    if (released_.size() > 0) q += released_;
+  }
+  /// Takes it off G^-1 w_0.
+  void TakeReleasedWeight(Eigen::Ref<Eigen::VectorXd> w) const {
+    if (released_.size() > 0) w -= released_;
+  }
   /// Lets the damage grow with the modes' displacements w (3r, m). True if it hardly changed, and
   /// no damaged sample opened or closed. R follows at the next Refactor().
   bool Update(const Eigen::VectorXd& w);
@@ -49,9 +63,17 @@ class AttachmentState {
   Vector3d DisplacementOf(const AttachmentJoint::Layer& layer, int sample,
                           const Eigen::VectorXd& w) const;
 
+  void BearWeight();
+  Vector3d BorneBy(std::size_t sample) const {
+    if (borne_.rows() == 0) return Vector3d::Zero();
+    return borne_.row(static_cast<Eigen::Index>(sample));
+  }
+
   std::shared_ptr<const AttachmentJoint> joint_;
   std::vector<double> damage_;
   std::vector<char> closed_;  // of each sample: carries pressure
+  Points borne_;              // of each sample, m: its displacement by the weight; empty: no weight
+  Eigen::VectorXd released_;  // 3r, N, or empty
   bool changed_ = true;       // since R_ was computed
   Eigen::MatrixXd R_;         // 3r x 3r, N/m
   Eigen::MatrixXd factor_;    // 3r x 3r: lower Cholesky factor of G^-1 + R

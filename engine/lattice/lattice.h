@@ -154,7 +154,11 @@ class Lattice {
   /// Calls f(column, d phi_column / dx) (1/m, world axes) at `p_W` (m) for the same functions. Any
   /// thread, no allocation.
   template <typename Function>
-  void ForEachGradient(const Vector3d& p_W, Function&& f) const;
+  void ForEachGradient(const Vector3d& p_W, Function&& f) const {
+    ForEachGradient(SiteOf(p_W), f);
+  }
+  template <typename Function>
+  void ForEachGradient(const Site& site, Function&& f) const;
 
   /// Returns the gradients of the basis functions at `points` (V x 3, world, m). Element d is V x n
   /// and holds d phi_a / d x_d along the world axis d, 1/m. Rows sum to zero where those of
@@ -205,13 +209,13 @@ void Lattice::ForEachFunction(const Site& site, Function&& f) const {
 }
 
 template <typename Function>
-void Lattice::ForEachGradient(const Vector3d& p_W, Function&& f) const {
-  ForEachOwnGradient(SiteOf(p_W), f);
+void Lattice::ForEachGradient(const Site& site, Function&& f) const {
+  ForEachOwnGradient(site, f);
   int begin = static_cast<int>(kept_.size());
   for (const Lattice& level : levels_) {
-    level.ForEachOwnGradient(level.SiteOf(p_W), [&](int column, const Vector3d& gradient) {
-      f(begin + column, gradient);
-    });
+    level.ForEachOwnGradient(
+        level.SiteOf(site.p_W, site.side_W),
+        [&](int column, const Vector3d& gradient) { f(begin + column, gradient); });
     begin += level.size();
   }
 }

@@ -34,8 +34,10 @@ constexpr int kFinitePointsDegree = 2;
 // easily that a load far beside them moves them, and in finite strain the tissue inverts in them.
 constexpr double kLeastTissue = 0.002, kLeastTissueFinite = 0.02;
 
-// Points of tissue under finer levels keep the moments of this degree.
-constexpr int kLevelPointsDegree = 3;
+// Samples of a layer along the control points' spacing.
+constexpr double kSamplesOfLayer = 3;
+
+constexpr int kLevelPointsDegree = 3;  // of the moments that points under finer levels keep
 
 // Presses that place the functions of finer levels in a scene without loads.
 constexpr int kPresses = 24;
@@ -211,11 +213,18 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
     const double coarse = kResolvedCells * MeanCell(lattice_.box(), options().lattice.cells);
     thickness_ = thickness_.cwiseMin(3 * coarse * RelativeResolution(lattice_, weights_));
   }
+  if (!options().gravity_W.isZero(0)) {
+    weight_W_ = options().material.density *
+                (lattice_.Weights(tissue.points).transpose() * tissue.weights) *
+                options().gravity_W.transpose();
+  }
   if (options().free) {
     free_body_.emplace(lattice_, tissue, options().material.density);
-    free_flight_.emplace(options().time_step, options().free->drag, options().free->gravity_W);
+    free_flight_.emplace(options().time_step, options().free->drag, options().gravity_W);
   }
   BuildElasticSupports(tissue, held);
+  fillings_and_layers_ = FillingsAndLayers(options(), rest(), surface_.rest_normals,
+                                           ControlPointSpacing(lattice_) / kSamplesOfLayer);
   switch (options().energy.type) {
     case EnergyType::kMetric:
       BuildMetricEnergy(elastic, cells, held);
@@ -350,11 +359,12 @@ void LatticeOrgan::BuildStrainEnergy(const Quadrature& tissue,
     supports = SupportStiffness(lattice_, tissue, options().supports, held, material.young);
     AddAlongEachAxis(supports, &K);
   }
+  fillings_and_layers_.AddTo(lattice_, &K);
   if (LocalFunctionsOf(options()) > 0) {
     const bool finite = options().energy.strain != StrainMeasure::kSmall;
     refinement_basis_.emplace(lattice_, options().lattice.local, tissue, material,
                               Dilatation::kProjected, held, K,
-                              finite ? kLeastTissueFinite : kLeastTissue);
+                              finite ? kLeastTissueFinite : kLeastTissue, fillings_and_layers_);
     finer_weights_ = SurfaceWeights(refinement_basis_->finer());
     refinement_weights_ = finer_weights_;
   }

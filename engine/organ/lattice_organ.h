@@ -38,6 +38,10 @@ class LatticeOrgan final : public OrganMechanics {
   /// The springs that do not relax with viscoelastic tissue: n x n, N/m, the same along each axis;
   /// empty if there are none or the tissue is elastic.
   const ScalarStiffness& elastic_supports() const { return elastic_supports_; }
+  /// The weight of the tissue as loads on the control points, n x 3, N; empty without gravity.
+  const Points& weight_W() const { return weight_W_; }
+  /// Fillings and layers, whose stiffness is in that of the organ.
+  const FillingsAndLayers& fillings_and_layers() const { return fillings_and_layers_; }
   /// Mass of a free organ (OrganOptions::free); nullptr for others.
   const FreeBody* free_body() const { return free_body_ ? &*free_body_ : nullptr; }
   const InversionDetector& inversion_detector() const { return *inversion_detector_; }
@@ -70,6 +74,8 @@ class LatticeOrgan final : public OrganMechanics {
   CutSurfaces cuts_;
   std::vector<double> support_volumes_;
   ScalarStiffness elastic_supports_;
+  FillingsAndLayers fillings_and_layers_;
+  Points weight_W_;
   std::optional<double> error_of_levels_;
   double resolution_ = 0;      // m: kernel radius that the finest functions resolve
   Eigen::VectorXd thickness_;  // V, m, at most twice the resolution

@@ -70,16 +70,25 @@ auto Collect(Triplets* triplets, Eigen::Index first_row = 0) {
   };
 }
 
+void AddEntries(const WeightMatrix& matrix, Eigen::Index first_row, Triplets* triplets) {
+  const auto add = Collect(triplets, first_row);
+  for (Eigen::Index row = 0; row < matrix.rows(); ++row) {
+    for (WeightMatrix::InnerIterator it(matrix, row); it; ++it) add(row, it.col(), it.value());
+  }
+}
+
 }  // namespace
 
 RefinementBasis::RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
                                  const Quadrature& tissue, const MaterialOptions& material,
                                  Dilatation dilatation, const std::vector<Quadrature>& regions,
-                                 const FullStiffness& K, double least_tissue)
+                                 const FullStiffness& K, double least_tissue,
+                                 const FillingsAndLayers& surface)
     : finer_(FinerLattice(lattice, options.refinement, tissue, regions, least_tissue)),
       centres_(finer_.ControlPoints()),
       inverse_(InverseStiffness(
-          K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")) {
+          K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson")),
+      filling_(surface.FillingRows(finer_)) {
   const LameParameters lame = ToLame(material);
   const auto [pointwise, projected] = ShareLambda(lame, dilatation);
   const std::array<WeightMatrix, 3> gradients = lattice.GradientWeights(tissue.points);
@@ -88,12 +97,19 @@ RefinementBasis::RefinementBasis(const Lattice& lattice, const LocalFunctionOpti
 
   Triplets own;
   AddElasticBlocks(finer_gradients, finer_gradients, tissue.weights, lame, Collect(&own));
+  const WeightMatrix layers = surface.LayerRows(finer_);
+  if (layers.rows() > 0) {
+    AddEntries(WeightMatrix(layers.transpose() * layers), 0, &own);
+  }
   own_.resize(columns, columns);
   own_.setFromTriplets(own.begin(), own.end());
 
   Triplets sparse;
   AddElasticBlocks(gradients, finer_gradients, tissue.weights, {lame.mu, pointwise},
                    Collect(&sparse));
+  if (layers.rows() > 0) {
+    AddEntries(WeightMatrix(surface.LayerRows(lattice).transpose() * layers), 0, &sparse);
+  }
   Eigen::MatrixXd H(0, unknowns);
   if (projected > 0) {
     const CoarserSplines splines(lattice, tissue);
@@ -107,6 +123,12 @@ RefinementBasis::RefinementBasis(const Lattice& lattice, const LocalFunctionOpti
         }
       }
     }
+  }
+  if (filling_.rows() > 0) {
+    AddEntries(WeightMatrix(filling_.sparseView()), unknowns + H.rows(), &sparse);
+    const Eigen::MatrixXd projection = H;
+    H.resize(projection.rows() + filling_.rows(), unknowns);
+    H << projection, surface.FillingRows(lattice);
   }
   sparse_.resize(unknowns + H.rows(), columns);
   sparse_.setFromTriplets(sparse.begin(), sparse.end());
@@ -125,6 +147,9 @@ Matrix3d RefinementBasis::ReducedStiffness(int a, int b) const {
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       double sum = own_.coeff(3 * a + i, 3 * b + j);
+      for (Eigen::Index l = 0; l < filling_.rows(); ++l) {
+        sum += filling_(l, 3 * a + i) * filling_(l, 3 * b + j);
+      }
       for (Eigen::SparseMatrix<double>::InnerIterator it(sparse_, 3 * a + i); it; ++it) {
         sum -= it.value() * coupling_(it.index(), 3 * b + j);
       }

@@ -6,6 +6,7 @@
 #include "engine/energy/strain_energy.h"
 #include "engine/lattice/active_refinement.h"
 #include "engine/lattice/lattice.h"
+#include "engine/tissue/fillings_and_layers.h"
 
 namespace hpdm {
 
@@ -32,10 +33,11 @@ class RefinementBasis {
   /// `regions`. `tissue` must resolve the finer cells. Throws InputError if K is not positive
   /// definite, or if the coupling of the functions to the lattice takes too much memory.
   /// `least_tissue`: least share (0..1) of tissue in a function, by the function's integral.
+  /// `surface`: what fillings and layers have added to K; local functions get it in full.
   RefinementBasis(const Lattice& lattice, const LocalFunctionOptions& options,
                   const Quadrature& tissue, const MaterialOptions& material, Dilatation dilatation,
                   const std::vector<Quadrature>& regions, const FullStiffness& K,
-                  double least_tissue = 0);
+                  double least_tissue = 0, const FillingsAndLayers& surface = {});
 
   int size() const { return finer_.size(); }  ///< N, number of functions.
   /// Returns n, the number of control points of the lattice.
@@ -61,11 +63,13 @@ class RefinementBasis {
   Points centres_;
   Eigen::MatrixXd inverse_;
   // A function couples to U directly and through the projected dilatation: K_c = c + H^T d.
-  // `sparse_` is [c; d], with few entries in c (3n x 3N) and d (m x 3N). `coupling_` is Z [c; d]
+  // `sparse_` is [c; d], with few entries in c (3n x 3N) and d (m x 3N, the fillings' rows last).
+  // `coupling_` is Z [c; d]
   // with Z = [I H^T]^T K^-1 [I H^T]; its first 3n rows are Y.
   Eigen::SparseMatrix<double> sparse_;
   Eigen::MatrixXd coupling_;
-  Eigen::SparseMatrix<double> own_;  // 3N x 3N: K_loc
+  Eigen::SparseMatrix<double> own_;  // 3N x 3N: K_loc, without fillings
+  Eigen::MatrixXd filling_;          // L x 3N: their rows d, so that K_loc has d^T d more
 };
 
 }  // namespace hpdm

@@ -206,6 +206,20 @@ StaticSolution StaticLoads::SolveFinite() const {
   return solution;
 }
 
+// Adds the state of fillings and layers; the vertices have no indentations yet.
+void StaticLoads::AddSurfaceState(StaticSolution* solution) const {
+  const LatticeOrgan* organ = model_.lattice_organ();
+  if (organ == nullptr) return;
+  const FillingsAndLayers& surface = organ->fillings_and_layers();
+  for (const Lumen& lumen : surface.lumens()) {
+    solution->lumen_pressures.push_back(-lumen.bulk_modulus *
+                                        RelativeChange(lumen, solution->vertex_displacements));
+  }
+  solution->layer_tensions.resize(surface.tensions().layers());
+  surface.tensions().FindLargest(model_.rest().vertices + solution->vertex_displacements,
+                                 Matrix3d::Identity(), solution->layer_tensions);
+}
+
 void StaticLoads::AddIndentations(const Eigen::VectorXd& forces, StaticSolution* solution) const {
   for (std::size_t i = 0; i < loads_.size(); ++i) {
     if (loads_[i].pressure) continue;
@@ -273,6 +287,7 @@ StaticSolution StaticLoads::Solve() const {
   model_.relocation().Displace(solution.control_displacements, &solution.vertex_displacements);
   model_.AddLocalDisplacements(active_, solution.control_displacements,
                                &solution.vertex_displacements);
+  AddSurfaceState(&solution);
   AddIndentations(force, &solution);
   for (Eigen::Index i = 0; i < m; ++i) {
     solution.load_forces.emplace_back(force.segment<3>(3 * i) +

@@ -17,6 +17,8 @@ struct StaticSolution {
   std::vector<Vector3d> load_forces;  ///< N, on the tissue, one per load.
   /// m, one per load: kernel-weighted mean of u, or the mean over a pressure's area.
   std::vector<Vector3d> load_displacements;
+  std::vector<double> lumen_pressures;  ///< Pa, of each filled lumen, over that at rest.
+  std::vector<double> layer_tensions;   ///< N/m, the largest of each layer (LayerTensions).
   double residual = 0;  ///< Finite strain: |dE/dU - R| / |R|; else see StaticLoads::Residual.
   double share = 1;     ///< Share of the loads that was reached: below 1 if Newton's method failed.
   double collapsed = 0;  ///< Share of the tissue where the law has failed (ElasticEnergy).
@@ -51,6 +53,7 @@ class StaticLoads {
   void Respond(Eigen::MatrixXd* columns) const;
   Eigen::VectorXd Forces(const Eigen::MatrixXd& compliance, const Eigen::VectorXd& free) const;
   StaticSolution SolveFinite() const;
+  void AddSurfaceState(StaticSolution* solution) const;
   void AddIndentations(const Eigen::VectorXd& forces, StaticSolution* solution) const;
 
   const OrganModel& model_;

@@ -12,6 +12,9 @@ constexpr Nanoseconds kSoundAgain = kNanosecondsPerSecond / 4;
 // Share of a bed's area, below 1 by the roundings of its sum.
 constexpr double kTornThrough = 1 - 1e-9;
 
+// Share of its strength below which a layer that was beyond it may be reported again.
+constexpr double kUnloaded = 0.9;
+
 constexpr char kAwaited[] = ": waiting for a driver on HPDM_DEVICE";
 constexpr char kConnected[] = ": device connected: force fading in";
 constexpr char kLost[] = ": device lost: pose held, force fading out";
@@ -24,7 +27,8 @@ EventReporter::EventReporter(const SessionInfo& info, Sink sink, Tell tell)
       tell_(std::move(tell)),
       instruments_(info.instruments),
       held_(info.held),
-      attachments_(info.attachments) {
+      attachments_(info.attachments),
+      layers_(info.layers) {
   for (const OrganDescription& organ : info.organs) organs_.push_back(organ.name);
 }
 
@@ -113,6 +117,7 @@ void EventReporter::AddSlips(const HapticSample& sample) {
 void EventReporter::Add(const StepSample& sample) {
   AddOrgans(sample);
   AddAttachments(sample);
+  AddLayers(sample);
   AddShedding(sample.step.shed_level);
 }
 
@@ -153,6 +158,21 @@ void EventReporter::AddAttachments(const StepSample& sample) {
     if (last.freed_area < whole && now.freed_area >= whole) {
       sink_(EventSeverity::kInfo, "attachment.torn", layer + " is torn through");
     }
+  }
+}
+
+void EventReporter::AddLayers(const StepSample& sample) {
+  const auto count = std::min(layers_.size(), ToSize(sample.layer_count));
+  for (std::size_t l = 0; l < count; ++l) {
+    const double tension = sample.layer_tensions[l], strength = layers_[l].strength;
+    if (strength == 0) continue;
+    if (tension < kUnloaded * strength) layer_overloaded_[l] = false;
+    if (tension <= strength || layer_overloaded_[l]) continue;
+    layer_overloaded_[l] = true;
+    char text[80];
+    std::snprintf(text, sizeof text, " bears %.3g N/m, beyond its strength of %.3g N/m", tension,
+                  strength);
+    sink_(EventSeverity::kWarning, "layer.overloaded", layers_[l].name + text);
   }
 }
 

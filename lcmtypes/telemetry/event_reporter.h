@@ -42,7 +42,7 @@ class EventReporter {
   /// yet is not lost.
   void Add(const HapticSample& sample);
   /// Reports organs that invert or recover, attachments that are damaged, tear and are torn through,
-  /// and steps that change their quality.
+  /// layers beyond their strength, and steps that change their quality.
   void Add(const StepSample& sample);
   /// Publishes a loop's own event. Prints warnings and errors for the user.
   void Add(const LoopEvent& event);
@@ -61,6 +61,7 @@ class EventReporter {
   void AddSlips(const HapticSample& sample);
   void AddOrgans(const StepSample& sample);
   void AddAttachments(const StepSample& sample);
+  void AddLayers(const StepSample& sample);
   void AddShedding(int level);
   void AddOnce(bool* reported, EventSeverity severity, const char* name, const std::string& text);
 
@@ -77,6 +78,7 @@ class EventReporter {
   std::vector<std::vector<std::string>> held_;
   std::vector<std::string> organs_;
   std::vector<AttachmentDescription> attachments_;
+  std::vector<LayerDescription> layers_;
 
   SessionControl control_;  // as the last sample had it
   std::array<bool, kMaxInstruments> device_lost_{};
@@ -86,8 +88,9 @@ class EventReporter {
   std::array<bool, kMaxOrgans> organ_unsound_{};
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   std::array<AttachmentOutcome, kMaxAttachments> outcomes_;   // of the last step
-  int shed_level_ = 0;                                        // of the last step
-  std::uint64_t overflows_ = 0;                               // reported so far
+  std::array<bool, kMaxLayers> layer_overloaded_{};
+  int shed_level_ = 0;           // of the last step
+  std::uint64_t overflows_ = 0;  // reported so far
   bool log_failure_reported_ = false;
   bool log_move_reported_ = false;
   bool timeline_failure_reported_ = false;

@@ -15,6 +15,12 @@ struct AttachmentDescription {
   double area = 0;   ///< Of its whole bed, m^2.
 };
 
+/// A layer of an organ.
+struct LayerDescription {
+  std::string name;     ///< "layer[0] of liver".
+  double strength = 0;  ///< N/m; 0: not known.
+};
+
 /// Parts of a session, by index.
 struct SessionInfo {
   std::vector<std::string> instruments;
@@ -22,6 +28,7 @@ struct SessionInfo {
                                                ///< ToolPose::instrument_index.
   std::vector<OrganDescription> organs;
   std::vector<AttachmentDescription> attachments;
+  std::vector<LayerDescription> layers;  ///< Of the organs in turn.
 };
 
 /// Name of a session's first event. Its text lists the instruments.

@@ -112,9 +112,14 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   for (const TableReader& table : root.Tables("organ", kOrganKeys, kMaxOrgans)) {
     OrganOptions organ = ReadOrgan(table);
     organ.time_step = 1.0 / scene.timing.deformation_hz;
-    if (organ.free) organ.free->gravity_W = gravity_W;
+    organ.gravity_W = gravity_W;
     RefuseTakenName(table, organ, scene.organs);
     scene.organs.push_back(std::move(organ));
+  }
+  std::size_t layers = 0;
+  for (const OrganOptions& organ : scene.organs) layers += organ.layers.size();
+  if (layers > kMaxLayers) {
+    root.Fail("organ", "has more than 16 tables [[organ.layer]]", "give fewer of them");
   }
   if (scene.organs.empty()) root.Fail("organ", "is empty", kAddOrgan);
   for (const TableReader& table : root.Tables("contact", kContactKeys, kMaxContactPairs)) {

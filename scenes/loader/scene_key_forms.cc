@@ -59,6 +59,21 @@ free = { drag = 1 }
 [[organ]]
 name = "c"
 mesh = "a.obj"
+[[organ.lumen]]
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+[[organ.lumen]]
+box_fraction = { min = [0, 0, 0], max = [1, 1, 1] }
+[[organ.lumen]]
+sphere = { centre = [0, 0, 0], radius = 1 }
+[[organ.layer]]
+box = { min = [0, 0, 0], max = [1, 1, 1] }
+stiffness = 1
+[[organ.layer]]
+box_fraction = { min = [0, 0, 0], max = [1, 1, 1] }
+stiffness = 1
+[[organ.layer]]
+sphere = { centre = [0, 0, 0], radius = 1 }
+stiffness = 1
 
 [[organ]]
 name = "d"

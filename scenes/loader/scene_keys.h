@@ -15,9 +15,9 @@ inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz"
                                                    "patch_delay_ticks", "step_budget"};
 
 inline constexpr std::string_view kOrganKeys[] = {
-    "name",   "mesh",    "unit",           "model",        "texture",
-    "pose",   "motion",  "lattice",        "energy",       "material",
-    "region", "support", "wall_stiffness", "subdivisions", "free"};
+    "name",           "mesh",         "unit",   "model",    "texture", "pose",
+    "motion",         "lattice",      "energy", "material", "region",  "support",
+    "wall_stiffness", "subdivisions", "free",   "lumen",    "layer"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
     "a",     "b",         "box",      "box_fraction", "sphere",
@@ -43,6 +43,10 @@ inline constexpr std::string_view kPronyKeys[] = {"share", "time"};
 inline constexpr std::string_view kRegionKeys[] = {"box", "box_fraction", "sphere", "young"};
 inline constexpr std::string_view kSupportKeys[] = {"box",   "box_fraction", "sphere",
                                                     "fixed", "stiffness",    "viscoelastic"};
+inline constexpr std::string_view kLumenKeys[] = {"box", "box_fraction", "sphere", "filled",
+                                                  "bulk_modulus"};
+inline constexpr std::string_view kLayerKeys[] = {"box",       "box_fraction", "sphere",
+                                                  "stiffness", "poisson",      "strength"};
 inline constexpr std::string_view kFreeKeys[] = {"drag"};
 inline constexpr std::string_view kBoxKeys[] = {"min", "max"};
 inline constexpr std::string_view kSphereKeys[] = {"centre", "radius"};
@@ -123,6 +127,14 @@ inline constexpr SceneTable kSceneTables[] = {
     {"organ.region.box", kBoxKeys},
     {"organ.region.box_fraction", kBoxKeys},
     {"organ.region.sphere", kSphereKeys},
+    {"organ.lumen", kLumenKeys},
+    {"organ.lumen.box", kBoxKeys},
+    {"organ.lumen.box_fraction", kBoxKeys},
+    {"organ.lumen.sphere", kSphereKeys},
+    {"organ.layer", kLayerKeys},
+    {"organ.layer.box", kBoxKeys},
+    {"organ.layer.box_fraction", kBoxKeys},
+    {"organ.layer.sphere", kSphereKeys},
     {"organ.support", kSupportKeys},
     {"organ.support.box", kBoxKeys},
     {"organ.support.box_fraction", kBoxKeys},

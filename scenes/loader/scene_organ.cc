@@ -246,7 +246,7 @@ SupportOptions ReadSupport(const TableReader& table) {
 void RefuseKeysOfOtherModels(const TableReader& table, OrganModelType model) {
   const bool rigid = model == OrganModelType::kRigid;
   if (model != OrganModelType::kHpdm) {
-    for (const std::string_view key : {"lattice", "energy", "region"}) {
+    for (const std::string_view key : {"lattice", "energy", "region", "lumen", "layer"}) {
       if (!table.Has(key)) continue;
       table.Fail(key, "needs model = \"hpdm\"", "remove the table or change the model");
     }
@@ -334,6 +334,12 @@ OrganOptions ReadOrgan(const TableReader& table) {
   for (const TableReader& support : table.Tables("support", kSupportKeys)) {
     organ.supports.push_back(ReadSupport(support));
   }
+  organ.lumens = ReadLumens(table);
+  organ.layers = ReadLayers(table);
+  for (const std::string_view key : {"lumen", "layer"}) {
+    if (!table.Has(key) || TakesFillingsAndLayers(organ)) continue;
+    table.Fail(key, "does not apply to this organ", kFillingsAndLayersRemedy);
+  }
   if (const auto free = table.Table("free", kFreeKeys)) {
     organ.free = ReadFree(*free);
     if (!TakesFree(organ)) table.Fail("free", "does not apply to this organ", kFreeRemedy);
@@ -386,6 +392,9 @@ void ReadCut(const TableReader& table, int number, std::vector<OrganOptions>* or
   if (!TakesCuts(organ)) table.Fail("organ", "cannot be cut", kCutRemedy);
   if (organ.lattice.adaptive.functions > 0) {
     table.Fail("organ", "has adaptive functions", "remove them or the cut");
+  }
+  if (!organ.lumens.empty() || !organ.layers.empty()) {
+    table.Fail("organ", "has a lumen or a layer", "remove them or the cut");
   }
   table.Require("strip", "give the blade's edges as [[[x, y, z], [x, y, z]], ...] in m");
   std::vector<std::array<Vector3d, 2>> edges;

@@ -25,6 +25,8 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer = nullptr);
 OrganOptions ReadOrgan(const TableReader& table);
 /// Returns the table's box, box_fraction or sphere, if it has one.
 std::optional<Region> ReadRegion(const TableReader& table);
+std::vector<LumenOptions> ReadLumens(const TableReader& organ);
+std::vector<LayerOptions> ReadLayers(const TableReader& organ);
 /// Adds the contact to its first organ's options.
 void ReadContact(const TableReader& table, std::vector<OrganOptions>* organs);
 AttachmentOptions ReadAttachment(const TableReader& table, const std::vector<OrganOptions>& organs);

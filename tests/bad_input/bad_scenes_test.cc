@@ -427,6 +427,54 @@ void AddCuts(Scenes* s) {
          SoundScene({}) + "[[cut]]\norgan='liver'\nstrip=[" + sound + "]\n");
 }
 
+// A box with a cavity as an OBJ file, `triangles` of its wall (12: closed).
+std::string HollowBox(int triangles) {
+  std::ostringstream file;
+  for (const double half : {0.05, 0.03}) {
+    for (int i = 0; i < 8; ++i) {
+      file << "v " << ((i & 1) != 0 ? half : -half) << ' ' << ((i & 2) != 0 ? half : -half) << ' '
+           << ((i & 4) != 0 ? half : -half) << '\n';
+    }
+  }
+  constexpr int kFaces[12][3] = {{1, 3, 4}, {1, 4, 2}, {5, 6, 8}, {5, 8, 7}, {1, 2, 6}, {1, 6, 5},
+                                 {3, 7, 8}, {3, 8, 4}, {1, 5, 7}, {1, 7, 3}, {2, 4, 8}, {2, 8, 6}};
+  for (const auto& f : kFaces) file << "f " << f[0] << ' ' << f[1] << ' ' << f[2] << '\n';
+  for (int t = 0; t < triangles; ++t) {
+    const auto& f = kFaces[t];
+    file << "f " << f[0] + 8 << ' ' << f[2] + 8 << ' ' << f[1] + 8 << '\n';
+  }
+  return file.str();
+}
+
+void AddFillingsAndLayers(Scenes* s) {
+  const auto hollow = [&](const std::string& name, int triangles, const std::string& more) {
+    s->Place(name, [=](const fs::path& here) {
+      WithFile("hollow.obj", HollowBox(triangles))(here);
+      WithFile("s.toml", SoundScene({.mesh = "hollow.obj", .organ = more}))(here);
+    });
+  };
+  hollow("a filled lumen", 12, "lumen=[{}]\n");
+  hollow("a lumen that is open", 11, "lumen=[{}]\n");
+  hollow("a lumen elsewhere", 12, "lumen=[{sphere={centre=[0,0,0],radius=0.01}}]\n");
+  s->Organ("lumen=[{}]");
+  s->Organ("lumen=[{bulk_modulus=0}]");
+  s->Organ("lumen=[{filled=1}]");
+  s->Organ("layer=[{stiffness=20, strength=300}]");
+  s->Organ("layer=[{}]");
+  s->Organ("layer=[{stiffness=0}]");
+  s->Organ("layer=[{stiffness=20, poisson=0.5}]");
+  s->Organ("layer=[{stiffness=20, strength=0}]");
+  s->Organ("layer=[{stiffness=20, sphere={centre=[0,0,1],radius=0.1}}]");
+  s->Text("a layer in finite strain",
+          SoundScene({.organ = "layer=[{stiffness=20}]\n", .energy = "strain='finite'\n"}));
+  s->Table("a layer on a rigid organ",
+           "[[organ]]\nname='wall'\nmesh='../common/box.obj'\nmodel='rigid'\n"
+           "[[organ.layer]]\nstiffness=20");
+  s->Table("a cut organ with a layer",
+           "[[organ]]\nname='held'\nmesh='../common/box.obj'\nlayer=[{stiffness=20}]\n"
+           "[[cut]]\norgan='held'\nstrip=[[[0,-1,-1],[0,1,-1]],[[0,-1,0],[0,1,0]]]");
+}
+
 void AddAttachments(Scenes* s) {
   constexpr const char* kFace = "box={min=[0.049,-1,-1],max=[0.051,1,1]}\n";
   const auto layer = [](const std::string& region, const std::string& toughness = "45",
@@ -453,6 +501,9 @@ void AddAttachments(Scenes* s) {
                 layer(kFace)));
   s->Text("an attachment of no strength", scene(soft, layer(kFace, "45", "0")));
   s->Text("an attachment of less toughness than it stores", scene(soft, layer(kFace, "2.4")));
+  s->Text("an attachment that the weight overloads",
+          scene(rigid, layer(kFace, "45", "10") + "[scene]\ngravity=[0,0,-9.81]\n",
+                {.organ = "support=[{box={min=[-1,-1,-1],max=[-0.03,1,1]}, fixed=true}]\n"}));
   s->Text("an attachment of NaN", scene(soft, layer(kFace, "nan")));
   s->Text("two attachments on one surface", scene(soft, layer(kFace) + layer(kFace)));
   s->Text("an attachment of two rigid organs",
@@ -489,6 +540,7 @@ TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   AddViewsAndRecords(&scenes);
   AddLoads(&scenes);
   AddCuts(&scenes);
+  AddFillingsAndLayers(&scenes);
   AddAttachments(&scenes);
   AddSessions(&scenes);
   scenes.Compare();

@@ -73,7 +73,21 @@ Json CutFacts(const CutSurface& cut) {
           {"ends_in_tissue", cut.has_front()}};
 }
 
-Json BedFacts(const AttachmentBed& bed) {
+void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
+  const FillingsAndLayers& surface = organ.lattice_organ()->fillings_and_layers();
+  for (const Lumen& lumen : surface.lumens()) {
+    (*facts)["lumens"].push_back(
+        {{"volume_m3", lumen.volume}, {"bulk_modulus_Pa", lumen.bulk_modulus}});
+  }
+  for (std::size_t l = 0; l < surface.layer_areas().size(); ++l) {
+    const LayerOptions& layer = organ.options().layers[l];
+    Json& added = (*facts)["layers"].emplace_back(
+        Json{{"area_m2", surface.layer_areas()[l]}, {"stiffness_N_per_m", layer.stiffness}});
+    if (layer.strength) added["strength_N_per_m"] = *layer.strength;
+  }
+}
+
+Json BedFacts(const AttachmentBed& bed, const Vector3d& borne_W) {
   return {{"a", bed.options.a},
           {"b", bed.options.b},
           {"samples", bed.size()},
@@ -81,6 +95,7 @@ Json BedFacts(const AttachmentBed& bed) {
           {"opens_at_m", bed.law.onset},
           {"free_at_m", bed.law.final},
           {"strength_N", bed.areas.sum() * bed.options.strength},
+          {"bears_N", borne_W.norm()},
           {"work_to_free_J", bed.areas.sum() * bed.options.toughness}};
 }
 
@@ -110,6 +125,7 @@ Json OrganFacts(const OrganModel& organ) {
   // Number of coupled unknowns: one axis at a time (metric, continuum) or all three.
   double unknowns = organ.control_points();
   if (organ.lattice_organ() != nullptr) {
+    AddSurfaceFacts(organ, &facts);
     const Lattice& lattice = organ.lattice_organ()->lattice();
     const Vector3d size = 1000 * lattice.box().lengths;
     facts["lattice_mm"] = {size.x(), size.y(), size.z()};
@@ -217,6 +233,13 @@ void PrintOrgan(const Json& organ) {
                 organ["instantaneous_young_Pa"].get<double>(), organ["young_Pa"].get<double>(),
                 organ["prony"].size(), organ["prony"].size() == 1 ? "" : "s");
   }
+  for (const Json& lumen : organ.value("lumens", Json::array())) {
+    std::printf("  a filled lumen of %.2f ml\n", 1e6 * lumen["volume_m3"].get<double>());
+  }
+  for (const Json& layer : organ.value("layers", Json::array())) {
+    std::printf("  a layer of %.1f cm^2, %.3g N/m\n", 1e4 * layer["area_m2"].get<double>(),
+                layer["stiffness_N_per_m"].get<double>());
+  }
   PrintSupports(organ);
   const Json& cost = organ["cost"];
   std::printf("  %.0f coupled unknowns, ", cost["unknowns"].get<double>());
@@ -239,6 +262,9 @@ void PrintBed(const Json& bed) {
       1e4 * bed["area_m2"].get<double>(), bed["samples"].get<long>(),
       bed["strength_N"].get<double>(), 1000 * bed["opens_at_m"].get<double>(),
       1000 * bed["free_at_m"].get<double>(), 1000 * bed["work_to_free_J"].get<double>());
+  if (const double borne = bed["bears_N"].get<double>(); borne > 0) {
+    std::printf("  it bears %.3f N of their weight at the start\n", borne);
+  }
 }
 
 std::string_view TypeName(InstrumentType type) {
@@ -346,7 +372,9 @@ void Check(const std::string& scene, bool as_json) {
     facts["instruments"].push_back(
         InstrumentFacts(instrument, session.device_choices()[i], session.SiteOf(instrument)));
   }
-  for (const AttachmentBed& bed : session.beds()) facts["attachments"].push_back(BedFacts(bed));
+  for (std::size_t l = 0; l < session.beds().size(); ++l) {
+    facts["attachments"].push_back(BedFacts(session.beds()[l], session.borne_W()[l]));
+  }
   facts["contacts"] = Json::array();
   for (const Session::ContactFact& contact : session.contacts()) {
     facts["contacts"].push_back(ContactFacts(contact));

@@ -69,7 +69,8 @@ std::string PlannedScene(const Scene& scene, const ScenePlan& plan,
     if (organ.fate == OrganFate::kRigid) {
       edits.push_back({.organ = o,
                        .keys = {{"", "model", "rigid"}},
-                       .removed_tables = {"lattice", "energy", "material", "region", "support"}});
+                       .removed_tables = {"lattice", "energy", "material", "region", "lumen",
+                                          "layer", "support"}});
     } else if (organ.fate == OrganFate::kSearched) {
       edits.push_back(EditsOf(o, scene.organs[o], organ.points[*plan.of_error->points[o]].model));
     }

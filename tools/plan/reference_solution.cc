@@ -9,6 +9,7 @@
 #include "engine/reference_fem/fine_lattice.h"
 #include "engine/statics/static_loads.h"
 #include "tools/shared/report_text.h"
+#include "tools/shared/static_case.h"
 
 namespace hpdm {
 namespace {
@@ -80,6 +81,7 @@ double ReferenceDoubt(const std::vector<double>& changes, bool split) {
 ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const SurfaceMesh& rest,
                                         const OrganTouches& touches, double error,
                                         std::vector<std::string>* remarks) {
+  RequireTissueAlone(organ);
   ReferenceSolution reference_solution;
   std::vector<double> changes;
   for (const int cells : kLevels) {

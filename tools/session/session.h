@@ -43,6 +43,7 @@ class Session {
   const Scene& scene() const { return model_->scene(); }
   const std::vector<OrganModel>& organs() const { return model_->organs(); }
   const std::vector<AttachmentBed>& beds() const { return model_->beds(); }
+  const std::vector<Vector3d>& borne_W() const { return model_->borne_W(); }
   /// Returns the device of each instrument.
   const std::vector<DeviceChoice>& device_choices() const { return choices_; }
   /// Returns the length of the longest trace if every instrument plays one, else 0.

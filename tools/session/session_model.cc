@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/attachment/borne_weight.h"
 #include "engine/base/check.h"
 #include "engine/base/error.h"
 #include "engine/pairs/organ_overlap.h"
@@ -74,6 +75,7 @@ SessionModel::SessionModel(const SessionModel& other, std::size_t organ, double 
       pictures_(other.pictures_),
       organs_(other.organs_),
       beds_(other.beds_),
+      borne_W_(other.borne_W_),
       sites_(other.sites_),
       kinematics_(other.kinematics_),
       remarks_(other.remarks_),
@@ -137,6 +139,7 @@ void SessionModel::BuildBeds() {
       RefuseSharedSurface(beds_[other], beds_.back());
     }
   }
+  borne_W_ = BorneWeight(organs_, beds_);
 }
 
 // Refuses a tip that is wider than every organ is long, and jaws that no organ fits between or
@@ -335,6 +338,11 @@ SessionInfo SessionModel::Info() const {
     for (int held = 0; held < options.HeldCount(); ++held) names.push_back(options.Held(held).name);
   }
   for (const OrganModel& organ : organs_) {
+    const std::vector<LayerOptions>& layers = organ.options().layers;
+    for (std::size_t l = 0; l < layers.size(); ++l) {
+      info.layers.push_back({"layer[" + std::to_string(l) + "] of " + organ.options().name,
+                             layers[l].strength.value_or(0)});
+    }
     info.organs.push_back(
         {organ.options().name, organ.rest().vertices, organ.rest().triangles, std::nullopt});
     if (organ.lattice_organ() == nullptr || organ.HasSplitFunctions()) continue;

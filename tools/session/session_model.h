@@ -48,6 +48,8 @@ class SessionModel {
   const std::vector<OrganModel>& organs() const { return organs_; }
   /// The beds of the scene's attachments.
   const std::vector<AttachmentBed>& beds() const { return beds_; }
+  /// What their layers bear of the organs' weight at the start, each its force on b, N.
+  const std::vector<Vector3d>& borne_W() const { return borne_W_; }
   /// Returns the repairs of the meshes and probable mistakes in the scene, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }
 
@@ -105,6 +107,7 @@ class SessionModel {
   std::shared_ptr<Pictures> pictures_;
   std::vector<OrganModel> organs_;
   std::vector<AttachmentBed> beds_;
+  std::vector<Vector3d> borne_W_;
   std::vector<HandSite> sites_;  // by instrument
   std::vector<ImpulseEngineKinematics> kinematics_;
   std::vector<std::string> remarks_;

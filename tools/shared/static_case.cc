@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
 #include "engine/base/error.h"
 #include "engine/organ.h"
+#include "engine/tissue/lumen.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/surface_table.h"
 #include "tools/shared/with_scene_path.h"
@@ -109,24 +109,15 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
 std::string CaseName(const StaticCase& load_case) { return load_case.scene.path.stem().string(); }
 
 bool IsHollow(const SurfaceMesh& mesh) {
-  // Joins parts through shared vertices. Each part is named by its smallest vertex.
-  std::vector<int> parent(static_cast<std::size_t>(mesh.vertices.rows()));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto root = [&](int v) {
-    while (parent[v] != v) v = parent[v] = parent[parent[v]];
-    return v;
-  };
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (int k = 1; k < 3; ++k) parent[root(mesh.triangles(t, k))] = root(mesh.triangles(t, 0));
-  }
-  Eigen::VectorXd volume = Eigen::VectorXd::Zero(mesh.vertices.rows());
-  for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0));
-    const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1));
-    const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2));
-    volume[root(mesh.triangles(t, 0))] += a.dot(b.cross(c)) / 6;
-  }
-  return volume.minCoeff() < -1e-9 * volume.cwiseAbs().maxCoeff();
+  const std::vector<bool> inner = TrianglesOfLumens(mesh);
+  return std::ranges::find(inner, true) != inner.end();
+}
+
+void RequireTissueAlone(const OrganOptions& organ) {
+  if (organ.lumens.empty() && organ.layers.empty()) return;
+  throw InputError(
+      "organ \"" + organ.name +
+      "\": has a lumen or a layer, which the reference solution leaves out; remove it");
 }
 
 }  // namespace hpdm

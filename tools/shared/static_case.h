@@ -52,4 +52,8 @@ std::string CaseName(const StaticCase& load_case);
 /// True if the surface has a cavity: a closed part that faces inwards.
 bool IsHollow(const SurfaceMesh& mesh);
 
+/// Refuses an organ with fillings or layers (InputError), of which the reference solutions know
+/// nothing.
+void RequireTissueAlone(const OrganOptions& organ);
+
 }  // namespace hpdm

@@ -53,6 +53,17 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& results)
               results["setup_ms"].get<double>(),
               iterations > 0 ? "each Newton iteration" : "solved", results["step_us"].get<double>(),
               results["residual"].get<double>());
+  for (const Json& pressure : results.value("lumen_pressures_Pa", Json::array())) {
+    std::printf("a lumen's pressure rises by %.4g Pa\n", pressure.get<double>());
+  }
+  for (const Json& layer : results.value("layers", Json::array())) {
+    std::printf("a layer's largest tension is %.4g N/m", layer["tension_N_per_m"].get<double>());
+    if (layer.contains("strength_N_per_m")) {
+      std::printf(", %s its strength of %.4g N/m", layer["fails"].get<bool>() ? "beyond" : "below",
+                  layer["strength_N_per_m"].get<double>());
+    }
+    std::printf("\n");
+  }
   if (results.contains("error")) {
     std::printf("error against %s: %.1f %% (area-weighted relative L2)\n",
                 options.reference.c_str(), 100 * results["error"].get<double>());
@@ -62,6 +73,21 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& results)
     std::printf("%s: coloured by %s, from 0 (dark blue) to %g mm (yellow)\n",
                 options.picture.c_str(), picture["colours"].get<std::string>().c_str(),
                 1000 * picture["full_scale_m"].get<double>());
+  }
+}
+
+void AddSurfaceState(const OrganOptions& organ, const StaticSolution& solution, Json* results) {
+  for (const double pressure : solution.lumen_pressures) {
+    (*results)["lumen_pressures_Pa"].push_back(pressure);
+  }
+  for (std::size_t l = 0; l < solution.layer_tensions.size(); ++l) {
+    const double tension = solution.layer_tensions[l];
+    Json layer = {{"tension_N_per_m", tension}};
+    if (const std::optional<double>& strength = organ.layers[l].strength) {
+      layer["strength_N_per_m"] = *strength;
+      layer["fails"] = tension > *strength;
+    }
+    (*results)["layers"].push_back(layer);
   }
 }
 
@@ -141,6 +167,7 @@ void Solve(const SolveOptions& options) {
     results["loads"].push_back(
         {{"force_N", {f.x(), f.y(), f.z()}}, {"displacement_m", {u.x(), u.y(), u.z()}}});
   }
+  AddSurfaceState(model.options(), solution, &results);
   if (reference) {
     results["error"] =
         RelativeSurfaceError(model.rest(), solution.vertex_displacements, *reference);

@@ -84,6 +84,7 @@ void Regenerate(const std::string& scene, const std::string& folder,
                 const std::vector<int>& quadratic, const std::vector<int>& linear,
                 const std::vector<int>& graded) {
   const StaticCase c = LoadStaticCase(scene);
+  RequireTissueAlone(c.organ);
   std::vector<Solved> levels;
   for (const int corners : quadratic) {
     levels.push_back(Solve(c, Quadratic(MeshOf(c, corners, Grading::kLoadsAndSupports, 0.01))));

@@ -7,6 +7,7 @@
 
 #include "engine/energy/mixed_dilatation.h"
 #include "tests/support/lattice_body.h"
+#include "tests/support/mesh_shapes.h"
 
 namespace hpdm {
 namespace {
@@ -43,6 +44,20 @@ double EnergyAtPoints(const LatticeBody& body, const Lattice& finer, const Point
   return energy;
 }
 
+// Returns 1/2 |U + Y V|_K^2 + 1/2 V^T Sigma V.
+double EnergyOf(const LatticeBody& body, const RefinementBasis& local, const std::vector<int>& used,
+                const Points& U, const Points& V) {
+  Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(U.data(), U.size());
+  double energy = 0;
+  for (const int a : used) {
+    moved += local.Coupling(a) * V.row(a).transpose();
+    for (const int b : used) {
+      energy += 0.5 * V.row(a) * local.ReducedStiffness(a, b) * V.row(b).transpose();
+    }
+  }
+  return energy + 0.5 * moved.dot(body.K * moved);
+}
+
 class RefinementBasisTest : public testing::TestWithParam<double> {};
 INSTANTIATE_TEST_SUITE_P(PoissonRatios, RefinementBasisTest, testing::Values(0.3, 0.45));
 
@@ -55,19 +70,42 @@ TEST_P(RefinementBasisTest, CouplingAndReducedStiffnessHoldTheEnergy) {
   const std::vector<int> used = {3, 40, 41, local.size() / 2, local.size() - 5};
   for (const int a : used) V.row(a) = 1e-3 * Eigen::RowVector3d::Random();
 
-  // 1/2 |U + Y V|_K^2 + 1/2 V^T Sigma V.
-  Eigen::VectorXd moved = Eigen::Map<const Eigen::VectorXd>(U.data(), U.size());
-  double energy = 0;
-  for (const int a : used) {
-    moved += local.Coupling(a) * V.row(a).transpose();
-    for (const int b : used) {
-      energy += 0.5 * V.row(a) * local.ReducedStiffness(a, b) * V.row(b).transpose();
-    }
-  }
-  energy += 0.5 * moved.dot(body.K * moved);
+  const double energy = EnergyOf(body, local, used, U, V);
   const double exact = EnergyAtPoints(body, local.finer(), U, V);
   // Round-off times the condition of K, and the damping of nearly dependent coarser splines.
   EXPECT_NEAR(energy, exact, 1e-7 * exact);
+}
+
+TEST_P(RefinementBasisTest, FillingsAndLayersAreInTheEnergyInFull) {
+  LatticeBody body(GetParam());
+  OrganOptions organ;
+  organ.lumens.emplace_back().bulk_modulus = 3e4;
+  organ.layers = {{.region = {}, .stiffness = 20, .poisson = 0.3, .strength = {}}};
+  const SurfaceMesh hollow = Joined(body.mesh, Reversed(Ellipsoid(Vector3d(0.07, 0.05, 0.03), 2)));
+  const FillingsAndLayers surface(organ, hollow, hollow.vertices, 0.01);
+  surface.AddTo(body.lattice, &body.K);
+  const RefinementBasis local(body.lattice, {.functions = 20, .refinement = kRefinement},
+                              body.tissue, body.material, Dilatation::kProjected, {}, body.K, 0,
+                              surface);
+  std::srand(2);
+  const Points U = 1e-3 * Points::Random(body.lattice.size(), 3);
+  Points V = Points::Zero(local.size(), 3);
+  const std::vector<int> used = {3, 40, 41, local.size() / 2, local.size() - 5};
+  for (const int a : used) V.row(a) = 1e-3 * Eigen::RowVector3d::Random();
+  const auto vector = [](const Points& points) {
+    return Eigen::Map<const Eigen::VectorXd>(points.data(), points.size());
+  };
+  const double of_tissue = EnergyAtPoints(body, local.finer(), U, V);
+  const double of_fillings = 0.5 * (surface.FillingRows(body.lattice) * vector(U) +
+                                    surface.FillingRows(local.finer()) * vector(V))
+                                       .squaredNorm();
+  const double of_layers = 0.5 * (surface.LayerRows(body.lattice) * vector(U) +
+                                  surface.LayerRows(local.finer()) * vector(V))
+                                     .squaredNorm();
+  EXPECT_GT(of_fillings, 0.01 * of_tissue);
+  EXPECT_GT(of_layers, 0.01 * of_tissue);
+  const double exact = of_tissue + of_fillings + of_layers;
+  EXPECT_NEAR(EnergyOf(body, local, used, U, V), exact, 1e-7 * exact);
 }
 
 TEST_P(RefinementBasisTest, NoneTouchesASupportsRegion) {

@@ -23,7 +23,8 @@ OrganOptions FreeOptionsOf(double drag, const Vector3d& gravity_W) {
   options.lattice.margin = 0.001;
   options.lattice.local.functions = 0;
   options.material.young = 5000;
-  options.free = FreeOptions{drag, gravity_W};
+  options.free = FreeOptions{drag};
+  options.gravity_W = gravity_W;
   return options;
 }
 
@@ -168,7 +169,8 @@ TEST(FreeOrgan, AGraspLiftsItAndLetsItFall) {
   OrganOptions options = EdgeWedge::Options(4, 0);
   options.supports.clear();
   options.material.young = 20000;  // at 5 kPa the wedge sags by 40 mm
-  options.free = FreeOptions{1, Vector3d(0, 0, -kG)};
+  options.free = FreeOptions{1};
+  options.gravity_W = Vector3d(0, 0, -kG);
   const SurfaceMesh wedge = EdgeWedge::Surface(0.005);
   const double bottom = wedge.vertices.col(2).minCoeff();
   OrganOptions floor;

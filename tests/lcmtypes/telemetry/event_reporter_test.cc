@@ -21,6 +21,7 @@ struct ReporterBench {
     SessionInfo info = TwoProbesAndALiver();
     info.held = {{"left"}, {"right", "hook", "scissors"}};
     info.attachments = {{"gallbladder and liver", kBedArea}};
+    info.layers = {{"layer[0] of liver", 300}, {"layer[1] of liver", 0}};
     return info;
   }
   std::vector<std::string> Names() const {
@@ -181,6 +182,22 @@ TEST(EventReporter, ALayersFirstDamageItsFirstTearAndItsEndAreOneEventEach) {
   }
   EXPECT_EQ(bench.Names(), (Names{"attachment.damaged", "attachment.tears", "attachment.torn"}));
   EXPECT_EQ(bench.events[2].text, "the layer between gallbladder and liver is torn through");
+}
+
+TEST(EventReporter, ALayerBeyondItsStrengthIsAnEventUntilItIsUnloaded) {
+  ReporterBench bench;
+  std::uint64_t number = 0;
+  for (const double tension : {100.0, 299.0, 310.0, 290.0, 320.0, 269.0, 305.0}) {
+    StepSample sample = Step(++number);
+    sample.layer_count = 2;
+    sample.layer_tensions[0] = tension;
+    sample.layer_tensions[1] = 1e6;
+    bench.reporter.Add(sample);
+    EXPECT_EQ(bench.events.size(), number < 3 ? 0u : number < 7 ? 1u : 2u) << number;
+  }
+  EXPECT_EQ(bench.Names(), (Names{"layer.overloaded", "layer.overloaded"}));
+  EXPECT_EQ(bench.events[0].text,
+            "layer[0] of liver bears 310 N/m, beyond its strength of 300 N/m");
 }
 
 TEST(EventReporter, EachLevelOfReducedQualityIsAnEvent) {

@@ -379,7 +379,7 @@ TEST_F(SceneFaults, AFreeOrganTakesNoSupportMotionMemoryOrOtherModel) {
   const Scene scene = Load(kOrgan + free + "[scene]\ngravity=[0,1,-9.81]\n");
   ASSERT_TRUE(scene.organs[0].free);
   EXPECT_EQ(scene.organs[0].free->drag, 1);
-  EXPECT_EQ(scene.organs[0].free->gravity_W, Vector3d(0, 1, -9.81));
+  EXPECT_EQ(scene.organs[0].gravity_W, Vector3d(0, 1, -9.81));
 }
 
 TEST_F(SceneFaults, UnsupportedFeaturesAreRefusedNotIgnored) {

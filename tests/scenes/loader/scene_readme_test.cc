@@ -34,6 +34,13 @@ std::string Dump(const Scene& scene) {
     for (const PronySeries::Term& term : o.material.prony.terms) {
       out << term.share << ' ' << term.time << '\n';
     }
+    for (const LumenOptions& lumen : o.lumens) {
+      out << lumen.region.has_value() << lumen.filled << ' ' << lumen.bulk_modulus << '\n';
+    }
+    for (const LayerOptions& layer : o.layers) {
+      out << layer.region.has_value() << ' ' << layer.stiffness << ' ' << layer.poisson << ' '
+          << layer.strength.value_or(-1) << '\n';
+    }
     out << o.regions.size() << " regions " << o.supports.size() << " supports\n"
         << o.wall_stiffness.value_or(-1) << '\n';
   }
@@ -143,6 +150,10 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   const std::string support =
       kOrgan + "[[organ.support]]\nsphere = {centre=[0,0,0], radius=1}\nstiffness = 1e6\n";
   EXPECT_EQ(Dump(Load(support + defaults("organ.support"))), Dump(Load(support)));
+  const std::string lumen = kOrgan + "[[organ.lumen]]\n";
+  EXPECT_EQ(Dump(Load(lumen + defaults("organ.lumen"))), Dump(Load(lumen)));
+  const std::string layer = kOrgan + "[[organ.layer]]\nstiffness = 20\n";
+  EXPECT_EQ(Dump(Load(layer + defaults("organ.layer"))), Dump(Load(layer)));
   const std::string contact =
       "[[organ]]\nname='second'\nmesh='m.obj'\n[[contact]]\na='liver'\nb='second'\n";
   written += contact + defaults("contact");
