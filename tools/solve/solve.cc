@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <iostream>
 #include <memory>
@@ -98,8 +100,23 @@ std::vector<std::string> FilesOf(const Scene& scene) {
   return files;
 }
 
+// Returns the load with a displacement on the same organ that is nearest to load i; i if there is none.
+std::size_t NearestDisplaced(const Scene& scene, std::size_t i) {
+  std::size_t nearest = i;
+  double least = HUGE_VAL;
+  for (std::size_t j = 0; j < scene.loads.size(); ++j) {
+    const LoadOptions& other = scene.loads[j];
+    if (j == i || !other.displacement_W || other.organ != scene.loads[i].organ) continue;
+    const double distance = (other.p_centre_W - scene.loads[i].p_centre_W).norm();
+    if (distance >= least) continue;
+    least = distance;
+    nearest = j;
+  }
+  return nearest;
+}
+
 // Refuses displacements that contradict each other: the solver would settle between them without a
-// message.
+// message. Which of them it misses is a matter of round-off, so the later one is named.
 void RefuseContradictions(const Scene& scene, const StaticSolution& solution) {
   if (solution.share < 1) return;  // reported at the end
   for (std::size_t i = 0; i < scene.loads.size(); ++i) {
@@ -107,7 +124,8 @@ void RefuseContradictions(const Scene& scene, const StaticSolution& solution) {
     // The tolerance is far above the solver's error.
     if (!asked || (solution.load_displacements[i] - *asked).norm() <= 1e-3 * asked->norm())
       continue;
-    throw InputError(scene.path.string() + ": load[" + std::to_string(i) +
+    const std::size_t later = std::max(i, NearestDisplaced(scene, i));
+    throw InputError(scene.path.string() + ": load[" + std::to_string(later) +
                      "]: its displacement contradicts another load at the same place; remove one");
   }
 }
