@@ -91,9 +91,9 @@ Lumen LumenOf(const SurfaceMesh& rest, const WallPart& part, double bulk_modulus
   for (const int t : part.triangles) {
     for (int c = 0; c < 3; ++c) lumen.vertices.push_back(rest.triangles(t, c));
   }
-  std::ranges::sort(lumen.vertices);
-  const auto repeated = std::ranges::unique(lumen.vertices);
-  lumen.vertices.erase(repeated.begin(), repeated.end());
+  std::sort(lumen.vertices.begin(), lumen.vertices.end());
+  lumen.vertices.erase(std::unique(lumen.vertices.begin(), lumen.vertices.end()),
+                       lumen.vertices.end());
   lumen.areas_W = Points::Zero(static_cast<Eigen::Index>(lumen.vertices.size()), 3);
   for (const int t : part.triangles) {
     const Vector3d share = TwiceAreaNormal(rest.vertices, rest.triangles, t) / 6;
