@@ -32,7 +32,7 @@ class AttachmentJoint {
     int control_points = 0;
     Eigen::Index rows = 0;
     const LatticeCompliance* compliance = nullptr;
-    /// Of its tissue, on the control points, n x 3, N; nullptr: none that a layer bears.
+    /// Its weight on the control points, n x 3, N; nullptr: layers bear none of it.
     const Points* weight_W = nullptr;
   };
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;

@@ -272,11 +272,14 @@ bool ContactSolver::SolveActive() {
   if (count == 0) return false;
   double way = 0, softest = 0;
   double stiffest = HUGE_VAL;  // of the tools' equations
+  int tools = 0;               // active equations of tools, which stand first
   for (int i = 0; i < count; ++i) {
     const int e = active_list_[static_cast<std::size_t>(i)];
     way = std::max(way, std::abs(change_[e]));
     softest = std::max(softest, compliance_(e, e));
-    if (e < first_pair_equation_) stiffest = std::min(stiffest, compliance_(e, e));
+    if (e >= first_pair_equation_) continue;
+    stiffest = std::min(stiffest, compliance_(e, e));
+    ++tools;
   }
   const bool friction = HasFriction();
   const auto solve = [&](double pad) {
@@ -304,10 +307,8 @@ bool ContactSolver::SolveActive() {
   // Other contacts move by one part in 1e9.
   double pad = 1e-9 * softest;
   bool dependent = solve(pad);
-  // The tools' equations stand first. Contacts of organs only push, so they cannot contradict each
-  // other, and organs that others hold have forces of many times that of one alone.
-  const auto tools = std::count_if(active_list_.begin(), active_list_.begin() + count,
-                                   [this](int e) { return e < first_pair_equation_; });
+  // Contacts of organs only push, so they cannot contradict each other, and organs that others hold
+  // have forces of many times that of one alone.
   const double alone = way / stiffest;
   const auto largest = [&] { return active_forces_.head(tools).cwiseAbs().maxCoeff(); };
   if (tools > 0 && largest() > kContradicting * alone) {

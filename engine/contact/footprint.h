@@ -87,7 +87,7 @@ class Footprint {
   double resolved_radius_ = 0;  // m
   double thickness_ = 0;        // m, of a layer that is tied on both sides, or 0
   Neighbourhood around_;
-  // Of the surface around, with their areas.
+  // Samples of the surface around the points, with their areas.
   struct Samples : KernelSamples {
     Samples() : weights(Weights::kUntouched) {}
     Samples(const Samples& other) : Samples() { *this = other; }

@@ -12,8 +12,8 @@
 
 namespace hpdm {
 
-/// What fillings and layers on an organ's surface add to the energy of its lattice, at rest: sums of
-/// squares of rows that are linear in the displacements, so K += rows^T rows.
+/// Fillings and layers on an organ's surface add an energy to its lattice: sums of squares of rows that
+/// are linear in the displacements, so K += rows^T rows.
 ///
 /// 1. A filled lumen of volume V whose fluid has the bulk modulus k: k / (2 V) (sum areas . u)^2,
 ///    one row. With water it keeps its volume to V p / k, 1e-6 at 2 kPa.

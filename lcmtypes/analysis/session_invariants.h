@@ -19,8 +19,8 @@ struct SessionLimits {
   /// s, by organ: time after the last touch until it is back at its position before any touch (0:
   /// in the first step without a touch). Empty if the model does not guarantee this.
   std::vector<std::optional<double>> settles;
-  /// By organ: the first of the organs that can push each other, itself among them. A tool on one of
-  /// them may move them all. Empty: none push each other.
+  /// By organ: the number of its group, which is the first organ of it. Organs of one group can push
+  /// each other, so a tool on one may move them all. Empty: each organ is alone.
   std::vector<std::size_t> pushing = {};
   bool still = true;  ///< True if organs do not move by themselves: all work comes from the hands.
 };

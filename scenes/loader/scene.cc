@@ -119,7 +119,8 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   std::size_t layers = 0;
   for (const OrganOptions& organ : scene.organs) layers += organ.layers.size();
   if (layers > kMaxLayers) {
-    root.Fail("organ", "has more than 16 tables [[organ.layer]]", "give fewer of them");
+    root.Fail("organ", "has more than " + std::to_string(kMaxLayers) + " tables [[organ.layer]]",
+              "give fewer of them");
   }
   if (scene.organs.empty()) root.Fail("organ", "is empty", kAddOrgan);
   for (const TableReader& table : root.Tables("contact", kContactKeys, kMaxContactPairs)) {

@@ -48,7 +48,7 @@ class SessionModel {
   const std::vector<OrganModel>& organs() const { return organs_; }
   /// The beds of the scene's attachments.
   const std::vector<AttachmentBed>& beds() const { return beds_; }
-  /// What their layers bear of the organs' weight at the start, each its force on b, N.
+  /// The weight that each bed's layer bears at the start, as a force on its organ b, N.
   const std::vector<Vector3d>& borne_W() const { return borne_W_; }
   /// Returns the repairs of the meshes and probable mistakes in the scene, one line each.
   const std::vector<std::string>& remarks() const { return remarks_; }

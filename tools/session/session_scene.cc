@@ -1,12 +1,12 @@
 #include "tools/session/session_scene.h"
 
 #include <algorithm>
-#include <numeric>
 #include <optional>
 #include <vector>
 
 #include "engine/base/error.h"
 #include "engine/base/quoted_token.h"
+#include "engine/mesh/mesh_edges.h"
 #include "scenes/loader/scene_files.h"
 #include "tools/session/session_path.h"
 
@@ -41,19 +41,17 @@ bool Moves(const OrganOptions& organ) {
 // Returns for each organ the first of the organs that it touches by [[contact]], directly or through
 // others; itself if there is none before it.
 std::vector<std::size_t> FirstPushing(const std::vector<OrganOptions>& organs) {
-  std::vector<std::size_t> first(organs.size());
-  std::iota(first.begin(), first.end(), std::size_t{0});
+  DisjointSets sets(static_cast<int>(organs.size()));
   for (std::size_t a = 0; a < organs.size(); ++a) {
     for (const OrganContactOptions& contact : organs[a].contacts) {
-      const auto b = static_cast<std::size_t>(
-          std::find_if(organs.begin(), organs.end(),
-                       [&](const OrganOptions& other) { return other.name == contact.with; }) -
-          organs.begin());
-      const std::size_t joined = std::min(first[a], first[b]);
-      const std::size_t left = std::max(first[a], first[b]);
-      std::replace(first.begin(), first.end(), left, joined);
+      const auto other = std::find_if(organs.begin(), organs.end(), [&](const OrganOptions& organ) {
+        return organ.name == contact.with;
+      });
+      sets.Merge(static_cast<int>(a), static_cast<int>(other - organs.begin()));
     }
   }
+  std::vector<std::size_t> first;
+  for (int o = 0; o < static_cast<int>(organs.size()); ++o) first.push_back(ToSize(sets.Find(o)));
   return first;
 }
 

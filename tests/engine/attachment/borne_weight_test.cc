@@ -1,4 +1,4 @@
-// What layers bear of the organs' weight, and what damage does with it.
+// Tests the weight that layers bear, and that damage gives it back.
 
 #include "engine/attachment/borne_weight.h"
 
