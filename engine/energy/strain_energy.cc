@@ -73,15 +73,6 @@ bool SameColumns(const WeightMatrix& weights, Eigen::Index a, Eigen::Index b) {
   return !x && !y;
 }
 
-// Does the same as AddElasticBlocks, a few times as fast where many functions share points that
-// follow each other.
-void AddCellByCell(const std::array<WeightMatrix, 3>& gradients, const Eigen::VectorXd& weights,
-                   const LameParameters& lame, FullStiffness* K) {
-  ForEachRun(gradients[0], [&](Eigen::Index begin, Eigen::Index end) {
-    AddAtPoints(gradients, weights, begin, end, lame, K);
-  });
-}
-
 // Calls f(begin, end) for the runs of points at which the same functions are non-zero.
 template <typename Function>
 void ForEachRun(const WeightMatrix& weights, Function&& f) {
@@ -89,6 +80,15 @@ void ForEachRun(const WeightMatrix& weights, Function&& f) {
     while (end < weights.rows() && SameColumns(weights, begin, end)) ++end;
     f(begin, end);
   }
+}
+
+// Does the same as AddElasticBlocks, a few times as fast where many functions share points that
+// follow each other.
+void AddCellByCell(const std::array<WeightMatrix, 3>& gradients, const Eigen::VectorXd& weights,
+                   const LameParameters& lame, FullStiffness* K) {
+  ForEachRun(gradients[0], [&](Eigen::Index begin, Eigen::Index end) {
+    AddAtPoints(gradients, weights, begin, end, lame, K);
+  });
 }
 
 // Adds to G (3n x 3n) the integrals of the products of gradients, int d_i phi_a d_j phi_b dV at row
