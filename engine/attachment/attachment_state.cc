@@ -26,14 +26,16 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   }
   damage_.assign(count, 0);
   closed_.assign(count, 0);
+  removed_.assign(joint_->layers().size(), 0);
   Refactor();
   if (joint_->sag().size() > 0) BearWeight();
 }
 
 // Finds what the undamaged layers bear. Refuses a layer that it would damage.
 void AttachmentState::BearWeight() {
-  Eigen::VectorXd w = joint_->stiffness() * joint_->sag();
-  Settle(w);
+  const Eigen::MatrixXd& stiffness = joint_->lasting_stiffness();
+  const Eigen::VectorXd w =
+      (stiffness + R_).ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
   borne_.resize(static_cast<Eigen::Index>(damage_.size()), 3);
   released_.setZero(w.size());
   Eigen::Index at = 0;
@@ -60,6 +62,18 @@ std::span<const double> AttachmentState::DamageOf(std::size_t layer) const {
   std::size_t first = 0;
   for (std::size_t l = 0; l < layer; ++l) first += ToSize(joint_->layers()[l].bed.size());
   return damage().subspan(first, ToSize(joint_->layers()[layer].bed.size()));
+}
+
+bool AttachmentState::IsTorn(std::size_t layer) const {
+  const std::span<const double> damage = DamageOf(layer);
+  return std::all_of(damage.begin(), damage.end(), [](double d) { return d >= 1; });
+}
+
+void AttachmentState::Remove(std::size_t layer) {
+  const auto first = static_cast<std::ptrdiff_t>(DamageOf(layer).data() - damage_.data());
+  std::fill_n(closed_.begin() + first, joint_->layers()[layer].bed.size(), 0);
+  removed_[layer] = 1;
+  changed_ = true;
 }
 
 void AttachmentState::Refactor() {
@@ -153,7 +167,12 @@ Vector3d AttachmentState::DisplacementOf(const AttachmentJoint::Layer& layer, in
 bool AttachmentState::Update(const Eigen::VectorXd& w) {
   bool settled = true;
   std::size_t at = 0;
-  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
+    const AttachmentJoint::Layer& layer = joint_->layers()[l];
+    if (removed_[l] != 0) {
+      at += ToSize(layer.bed.size());
+      continue;
+    }
     const CohesiveLaw& law = layer.bed.law;
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
       const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);

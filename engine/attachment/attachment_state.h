@@ -26,6 +26,11 @@ class AttachmentState {
   /// Damage of each sample of one layer.
   std::span<const double> DamageOf(std::size_t layer) const;
 
+  /// True if all of the layer is torn.
+  bool IsTorn(std::size_t layer) const;
+  /// Takes a torn layer away for good: it carries no pressure any more.
+  void Remove(std::size_t layer);
+
   /// True for each sample that carries pressure.
   std::span<const char> closed() const { return closed_; }
 
@@ -72,6 +77,7 @@ class AttachmentState {
   std::shared_ptr<const AttachmentJoint> joint_;
   std::vector<double> damage_;
   std::vector<char> closed_;  // of each sample: carries pressure
+  std::vector<char> removed_;  // of each layer
   Points borne_;              // of each sample, m: its displacement by the weight; empty: no weight
   Eigen::VectorXd released_;  // 3r, N, or empty
   bool changed_ = true;       // since R_ was computed
