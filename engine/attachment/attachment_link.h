@@ -46,7 +46,6 @@ class AttachmentLink final : public BodyLink {
   AttachmentState state_;
   std::vector<AttachmentOutcome> outcomes_;
   std::array<int, kMaxOrgans> bodies_{};  // of each member
-  std::vector<char> let_go_;              // of each member
   int round_ = 0;                         // of the present step
   std::size_t column_count_ = 0;
   std::vector<int> equations_;       // of each side of the members' bodies
@@ -56,11 +55,13 @@ class AttachmentLink final : public BodyLink {
   WorkMatrix half_along_, half_;     // L^-1 times the two before (AttachmentState::HalfSettle)
   WorkMatrix tied_compliance_;       // sides x sides, m/N: along^T tied
   AttachmentState::FewColumns few_;  // 3r rows, scratch
+  std::vector<char> let_go_;         // of each member
   bool same_ = true;                 // no side has friction: its force is along its axis
-  Eigen::VectorXd apart_;   // 3r: the modes' displacements without forces, by offsets and free motion
+  Eigen::VectorXd
+      apart_;  // 3r: the modes' displacements without forces, by offsets and free motion
   Eigen::VectorXd offset_;  // 3r: G^-1 times them
-  Eigen::VectorXd free_;             // 3r: those displacements with the layers
-  Eigen::VectorXd w_, q_;            // 3r: of the last solution
+  Eigen::VectorXd free_;    // 3r: those displacements with the layers
+  Eigen::VectorXd w_, q_;   // 3r: of the last solution
 };
 
 }  // namespace hpdm

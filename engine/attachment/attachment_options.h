@@ -34,7 +34,8 @@ inline bool TakesAttachments(const OrganOptions& organ) {
 
 /// The remedy for an organ that TakesAttachments() refuses.
 inline constexpr const char* kAttachmentRemedy =
-    "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony, or model = \"rigid\"";
+    "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony, or model = "
+    "\"rigid\"";
 
 /// True if one of the attachments holds the organ.
 inline bool IsAttached(const std::vector<AttachmentOptions>& attachments,

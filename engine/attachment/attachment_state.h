@@ -76,7 +76,7 @@ class AttachmentState {
 
   std::shared_ptr<const AttachmentJoint> joint_;
   std::vector<double> damage_;
-  std::vector<char> closed_;  // of each sample: carries pressure
+  std::vector<char> closed_;   // of each sample: carries pressure
   std::vector<char> removed_;  // of each layer
   Points borne_;              // of each sample, m: its displacement by the weight; empty: no weight
   Eigen::VectorXd released_;  // 3r, N, or empty

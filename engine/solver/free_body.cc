@@ -75,8 +75,7 @@ FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q,
   motion.R_WF = RotationBy(q.rotation);
   motion.p_W = body.p_centre_W + q.translation;
   motion.v_W = rate.translation;
-  motion.momentum_W =
-      motion.R_WF * (body.inertia * (motion.R_WF.transpose() * rate.rotation));
+  motion.momentum_W = motion.R_WF * (body.inertia * (motion.R_WF.transpose() * rate.rotation));
   return motion;
 }
 

@@ -46,7 +46,8 @@ struct FreeMotion {
 
 /// Returns how a body moves that has left its rest pose by a small motion q (m, rad) at a rate (m/s,
 /// rad/s).
-FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q, const FreeBody::Motion& rate);
+FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q,
+                      const FreeBody::Motion& rate);
 
 /// One step of a body's free flight with linear drag c, over `dt` (s):
 ///     dv/dt = g - c v,   dL/dt = -c L,   omega = I_W^-1 L.

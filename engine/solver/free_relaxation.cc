@@ -12,7 +12,8 @@ namespace {
 void TurnEach(const Matrix3d& rotation, Eigen::Ref<Eigen::MatrixXd> columns) {
   for (Eigen::Index c = 0; c < columns.cols(); ++c) {
     for (Eigen::Index a = 0; a + 2 < columns.rows(); a += 3) {
-      columns.block<3, 1>(a, c) = (rotation * columns.block<3, 1>(a, c)).eval();
+      const Vector3d turned = rotation * columns.block<3, 1>(a, c);
+      columns.block<3, 1>(a, c) = turned;
     }
   }
 }
@@ -124,7 +125,8 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     const Matrix3d& R = motion_.R_WF;
     solver_->RespondTo(b, response);
     for (Eigen::Index a = 0; a + 2 < response.rows(); a += 3) {
-      response.middleRows<3>(a) = (R * response.middleRows<3>(a) * R.transpose()).eval();
+      const Matrix3d turned = R * response.block<3, 3>(a, 0) * R.transpose();
+      response.block<3, 3>(a, 0) = turned;
     }
   }
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override {
@@ -188,8 +190,8 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   const FreeBody* body_;
   FreeFlight flight_;
   FreeMotion motion_;
-  FreeMotion flown_;      // after the step's free flight
-  FreeMotion predicted_;  // the same with gravity as an impulse
+  FreeMotion flown_;       // after the step's free flight
+  FreeMotion predicted_;   // the same with gravity as an impulse
   bool held_ = false;      // by links
   FreeBody::Motion q_;     // while it is held: m, rad
   FreeBody::Motion rate_;  // the same: m/s, rad/s

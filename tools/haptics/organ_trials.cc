@@ -164,7 +164,8 @@ SurfaceMesh Outer(const SurfaceMesh& mesh) {
   SurfaceMesh kept{mesh.vertices, Triangles(mesh.triangles.rows(), 3), {}};
   Eigen::Index count = 0;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    if (parts.Find(mesh.triangles(t, 0)) == outer) kept.triangles.row(count++) = mesh.triangles.row(t);
+    if (parts.Find(mesh.triangles(t, 0)) == outer)
+      kept.triangles.row(count++) = mesh.triangles.row(t);
   }
   kept.triangles.conservativeResize(count, 3);
   return kept;

@@ -90,12 +90,9 @@ struct Trunks {
 Trunks MakeTrunks(AnatomyVariant variant, Variation* variation) {
   const double x = variation->Between(-1.5, 1.5), z = variation->Between(-1.5, 1.5);
   Trunks trunks;
-  trunks.duct = {Node(22, 2, -24, 3.4),
-                 Node(25, -12, -27, 3.4),
-                 Node(27 + x, -28, -30 + z, 3.4),
-                 Node(29 + x, -45, -34 + z, 3.4),
-                 Node(30 + x, -62, -41 + z, 3.5),
-                 Node(31 + x, -80, -51 + z, 3.6),
+  trunks.duct = {Node(22, 2, -24, 3.4),           Node(25, -12, -27, 3.4),
+                 Node(27 + x, -28, -30 + z, 3.4), Node(29 + x, -45, -34 + z, 3.4),
+                 Node(30 + x, -62, -41 + z, 3.5), Node(31 + x, -80, -51 + z, 3.6),
                  Node(29, -98, -63, 3.6)};
   if (variant == AnatomyVariant::kShortDuct) {
     trunks.duct[2].centre += Point(-1, 0, 2);
@@ -103,11 +100,13 @@ Trunks MakeTrunks(AnatomyVariant variant, Variation* variation) {
     trunks.duct[4].centre += Point(-2, 0, 6);
   }
   if (variant == AnatomyVariant::kArteryInFront) {
-    trunks.artery = {Node(52, -56, -34, 2.4), Node(42, -47, -25, 2.3), Node(32 + x, -40, -21 + z, 2.2),
-                     Node(23, -30, -20, 2.1), Node(17, -18, -24, 2.0), Node(13, -2, -33, 2.0)};
+    trunks.artery = {Node(52, -56, -34, 2.4),         Node(42, -47, -25, 2.3),
+                     Node(32 + x, -40, -21 + z, 2.2), Node(23, -30, -20, 2.1),
+                     Node(17, -18, -24, 2.0),         Node(13, -2, -33, 2.0)};
   } else {
-    trunks.artery = {Node(52, -54, -48, 2.4), Node(41, -45, -44, 2.3), Node(31 + x, -37, -41 + z, 2.2),
-                     Node(22, -28, -36, 2.1), Node(16, -18, -33, 2.0), Node(12, -2, -36, 2.0)};
+    trunks.artery = {Node(52, -54, -48, 2.4),         Node(41, -45, -44, 2.3),
+                     Node(31 + x, -37, -41 + z, 2.2), Node(22, -28, -36, 2.1),
+                     Node(16, -18, -33, 2.0),         Node(12, -2, -36, 2.0)};
   }
   return trunks;
 }
@@ -172,22 +171,21 @@ Anatomy::Anatomy(AnatomyVariant variant, std::uint64_t seed)
       5 * kMillimetre);
   neck = InWorld(nodes[5].centre, gallbladder_position);
   fundus = InWorld(nodes[0].centre + Vector3d(0, -nodes[0].radius, 0), gallbladder_position);
-  gallbladder = {"gallbladder",
-                 body,
-                 {1100, 600, 3e-3},
-                 [body, at = nodes[5].centre] { return GallbladderColour(*body, at); }};
+  gallbladder = {"gallbladder", body, {1100, 600, 3e-3}, [body, at = nodes[5].centre] {
+                   return GallbladderColour(*body, at);
+                 }};
 
   const Trunks trunks = MakeTrunks(variant, &variation);
   const auto duct = std::make_shared<SweptBall>(trunks.duct);
   const auto artery = std::make_shared<SweptBall>(trunks.artery);
   fixed.push_back({"bile duct", duct, {700}, DuctColour});
   fixed.push_back({"hepatic artery", artery, {500}, ArteryColour});
-  fixed.push_back({"ligament",
-                   std::make_shared<SweptBall>(std::vector{
-                       Node(36, -70, -50, 5), Node(36, -80, -56, 10), Node(35, -93, -65, 13),
-                       Node(32, -106, -75, 14)}),
-                   {600},
-                   [] { return SurfaceColour(FatColour); }});
+  fixed.push_back(
+      {"ligament",
+       std::make_shared<SweptBall>(std::vector{Node(36, -70, -50, 5), Node(36, -80, -56, 10),
+                                               Node(35, -93, -65, 13), Node(32, -106, -75, 14)}),
+       {600},
+       [] { return SurfaceColour(FatColour); }});
   fixed.push_back({"lymph node",
                    std::make_shared<Ellipsoid>(Point(12.5, -34.5, -19), Point(5, 3, 3),
                                                Vector3d(0.5, 0.6, -0.6), Vector3d(1, 0, 0)),
@@ -203,8 +201,8 @@ Anatomy::Anatomy(AnatomyVariant variant, std::uint64_t seed)
   // From the last point straight towards the common duct, up to its surface.
   way.push_back(IntoTissue(*duct, 0.5 * way.back() + 0.5 * Union(variant), 1 * kMillimetre));
   const double duct_radius = variation.Between(1.8, 2.6) * kMillimetre;
-  tubes.push_back({"cystic duct", "gallbladder", "bile duct", way, duct_radius, 0.8 * kMillimetre,
-                   100e3});
+  tubes.push_back(
+      {"cystic duct", "gallbladder", "bile duct", way, duct_radius, 0.8 * kMillimetre, 100e3});
 
   std::vector<Vector3d> vessel = CysticArteryWay(variant, &variation);
   vessel.front() = IntoTissue(*artery, 0.3 * vessel[1] + 0.7 * vessel[0], 0.5 * kMillimetre);

@@ -87,7 +87,8 @@ reach = 0.004       # m
 
 )";
 
-const char* const kTools = R"(# Four ports: right flank, below the right ribs, below the breastbone, and the navel for the laparoscope.
+const char* const kTools =
+    R"(# Four ports: right flank, below the right ribs, below the breastbone, and the navel for the laparoscope.
 # A trainee has two hands: the flank's grasper holds the fundus, the other hand works below the breastbone.
 [[instrument]]
 name = "grasper"
@@ -157,8 +158,9 @@ std::string AnatomySceneText(const Anatomy& anatomy, const std::string& command)
     text += "[[organ]]\nname = \"" + organ.name + "\"\n" + FilesOf(organ.name) +
             "model = \"rigid\"\n\n";
   }
-  text += "# The liver bed.\n[[attachment]]\na = \"gallbladder\"\nb = \"liver\"\nbox = { min = "
-          "[-0.03, -0.115, 0.0], max = [0.05, -0.057, 0.06] }\n";
+  text +=
+      "# The liver bed.\n[[attachment]]\na = \"gallbladder\"\nb = \"liver\"\nbox = { min = "
+      "[-0.03, -0.115, 0.0], max = [0.05, -0.057, 0.06] }\n";
   text += kBed;
   for (const Anatomy::Tube& tube : anatomy.tubes) text += TubeText(tube);
   return text + kTools;

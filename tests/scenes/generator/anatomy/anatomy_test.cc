@@ -127,9 +127,10 @@ TEST_P(AnatomyOf, GallbladderLiesInItsFossaWithoutTouchingTheLiver) {
 }
 
 TEST_P(AnatomyOf, CysticDuctHasItsLength) {
-  const auto [low, high] = GetParam().second == AnatomyVariant::kShortDuct  ? std::pair(0.010, 0.020)
-                           : GetParam().second == AnatomyVariant::kLowUnion ? std::pair(0.050, 0.070)
-                                                                            : std::pair(0.026, 0.040);
+  const auto [low, high] = GetParam().second == AnatomyVariant::kShortDuct ? std::pair(0.010, 0.020)
+                           : GetParam().second == AnatomyVariant::kLowUnion
+                               ? std::pair(0.050, 0.070)
+                               : std::pair(0.026, 0.040);
   for (const Patient& patient : patients_) {
     const double length = Length(patient.anatomy.tubes[0].path);
     EXPECT_GT(length, low);
