@@ -17,6 +17,7 @@ struct AttachmentOptions {
   double strength = 0;   ///< Pa: the largest traction.
   double toughness = 0;  ///< J/m^2: the energy that frees a unit of area.
   double reach = 0;      ///< m: the largest distance of facing points.
+  double burn_energy = 1.9e6;  ///< J/m^2: the heat that burns a unit of area away.
 };
 
 /// Returns the toughness below which the traction would drop at once, J/m^2.

@@ -192,6 +192,7 @@ std::vector<StatusLine> Keys() {
       key("right button, q e", "roll"),
       key("Tab, 1 2", "the other instrument"),
       key("x", "exchange it"),
+      key("d", "pedal: the hook burns while held"),
       {"Second hand, or a gamepad", Tone::kGood},
       key("t g f h", "move the tip"),
       key("y b, c n, v", "push in and out, roll, close the jaws"),

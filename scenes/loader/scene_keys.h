@@ -21,7 +21,8 @@ inline constexpr std::string_view kOrganKeys[] = {
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
     "a",     "b",         "box",      "box_fraction", "sphere",
-    "young", "thickness", "strength", "toughness",    "reach"};
+    "young", "thickness", "strength", "toughness",    "reach",
+    "burn_energy"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {"basis",
@@ -70,11 +71,14 @@ inline constexpr std::string_view kInstrumentKeys[] = {"name",
                                                        "trace",
                                                        "exchange",
                                                        "closing_force",
-                                                       "jaw_friction"};
+                                                       "jaw_friction",
+                                                       "power",
+                                                       "clips"};
 inline constexpr std::string_view kJawKeys[] = {"meshes", "pivot", "opening_deg"};
 inline constexpr std::string_view kExchangeKeys[] = {
     "name",       "type",         "mesh",     "jaws",          "insulated_from",
-    "tip_radius", "shaft_radius", "friction", "closing_force", "jaw_friction"};
+    "tip_radius", "shaft_radius", "friction", "closing_force", "jaw_friction",
+    "power",      "clips"};
 inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "mass",
                                                    "rotational_inertia",

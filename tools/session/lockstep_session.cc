@@ -174,6 +174,12 @@ void LockstepSession::Exchange(std::size_t instrument, int instrument_index) {
   control_.Publish();
 }
 
+void LockstepSession::Press(std::size_t instrument, bool pressed) {
+  control_.Back() = control_.Front();
+  control_.Back().pedal[instrument] = pressed;
+  control_.Publish();
+}
+
 void LockstepSession::Step() {
   tick_forces_.clear();
   for (ToolView& tool : tools_) {

@@ -74,6 +74,8 @@ class LockstepSession {
   void Command(std::size_t instrument, const JointVector& joints);
   /// Gives a hand another of its instruments as soon as its tip is free (ToolPose).
   void Exchange(std::size_t instrument, int instrument_index);
+  /// Presses or releases the pedal of an instrument, from the next tick on.
+  void Press(std::size_t instrument, bool pressed);
 
   /// Computes one deformation step and the ticks of its period. A step takes the tools of its first
   /// tick and shows `patch_delay_ticks` later, so organs and contacts answer in the next call.

@@ -21,7 +21,12 @@ std::vector<ToolGeometry> GeometriesOf(const InstrumentOptions& instrument) {
   std::vector<ToolGeometry> geometries;
   for (int held = 0; held < instrument.HeldCount(); ++held) {
     geometries.push_back(instrument.Held(held).geometry);
-    geometries.back().can_grasp = instrument.Held(held).type == InstrumentType::kGrasper;
+    ToolGeometry& geometry = geometries.back();
+    const InstrumentType type = instrument.Held(held).type;
+    geometry.can_grasp = type == InstrumentType::kGrasper;
+    if (type == InstrumentType::kHook) geometry.action = ToolAction::kBurn;
+    if (type == InstrumentType::kScissors) geometry.action = ToolAction::kCut;
+    if (type == InstrumentType::kClipApplier) geometry.action = ToolAction::kClip;
   }
   return geometries;
 }

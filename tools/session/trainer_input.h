@@ -24,6 +24,7 @@ namespace hpdm {
 ///     t, g, f, h                     move the second hand's tip up, down, left, right
 ///     y, b; c, n; v                  push it in, pull it out; roll it; close or open its jaws
 ///     gamepad                        the same: left stick, triggers, right stick, lower button
+///     d                              presses the pedal of all instruments while held
 ///     Tab; 1, 2; x                   next instrument; that instrument; its next exchange
 ///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
 ///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
@@ -79,6 +80,7 @@ class TrainerInput {
   /// Returns the hand that the keyboard and the gamepad move; -1: none.
   int SecondHand() const;
   void UpdateJaw();
+  void UpdatePedal();
   Vector3d FollowOnScreen(const Vector3d& p_W, const MotionEvent& motion) const;
   double PixelsAcross() const;
 

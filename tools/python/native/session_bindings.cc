@@ -173,6 +173,8 @@ class NativeSession {
         one["damage"] = Array(damage.size(), damage.data());
         one["area"] = Array(bed.areas.size(), bed.areas.data());
         one["freed_area"] = outcome.freed_area;
+        one["burnt_area"] = outcome.burnt_area;
+        one["cut_area"] = outcome.cut_area;
         one["dissipated"] = outcome.dissipated;
         attachments[ToSize(bed.index)] = one;
       }
@@ -208,6 +210,13 @@ class NativeSession {
                 scene.instruments[instrument].name + "\": it has " + std::to_string(count));
     }
     session().Exchange(instrument, held);
+  }
+  void Press(std::size_t instrument, bool pressed) {
+    const OneCaller caller(&busy_, kWhat);
+    if (instrument >= session().model().scene().instruments.size()) {
+      FailIndex("there is no such instrument");
+    }
+    session().Press(instrument, pressed);
   }
 
  private:
@@ -272,6 +281,7 @@ void BindSessions(py::module_* module) {
       .def("tick_forces", &NativeSession::TickForces)
       .def("events", &NativeSession::Events)
       .def("exchange", &NativeSession::Exchange)
+      .def("press", &NativeSession::Press)
       .def("flags", [](const NativeSession& session) { return session.session().record().flags; })
       .def("steps", [](const NativeSession& session) { return session.session().steps(); })
       .def("time",

@@ -136,6 +136,8 @@ Json ToJson(const SessionReport& report) {
                                    {"peak_load_N", attachment.peak_load},
                                    {"largest_damage", attachment.largest_damage},
                                    {"freed_area_m2", attachment.freed_area},
+                                   {"burnt_area_m2", attachment.burnt_area},
+                                   {"cut_area_m2", attachment.cut_area},
                                    {"dissipated_J", attachment.dissipated}});
   }
   json["latencies"] = Json::array();

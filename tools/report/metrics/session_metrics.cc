@@ -133,6 +133,8 @@ class LogSummary {
       report.peak_load = std::max(report.peak_load, now.load_W.norm());
       report.largest_damage = now.largest_damage;
       report.freed_area = now.freed_area;
+      report.burnt_area = now.burnt_area;
+      report.cut_area = now.cut_area;
       report.dissipated = now.dissipated;
     }
   }

@@ -72,6 +72,8 @@ struct AttachmentReport {
   double peak_load = 0;       ///< N, largest force of the layer on an organ.
   double largest_damage = 0;  ///< 0..1, at the end.
   double freed_area = 0;      ///< m^2, at the end.
+  double burnt_area = 0;      ///< m^2 of it.
+  double cut_area = 0;        ///< m^2 of it. The rest is torn.
   double dissipated = 0;      ///< J, at the end.
 };
 

@@ -33,13 +33,15 @@ std::string AttachmentTable(const SessionReport& report) {
   std::string html =
       "<div class=\"wide\"><table><thead><tr><th>Attachment of</th>"
       "<th class=\"number\">peak load, N</th><th class=\"number\">largest damage</th>"
-      "<th class=\"number\">freed, cm\u00b2</th><th class=\"number\">torn with, mJ</th>"
+      "<th class=\"number\">freed, cm\u00b2</th><th class=\"number\">of it burnt</th>"
+      "<th class=\"number\">cut</th><th class=\"number\">torn with, mJ</th>"
       "</tr></thead><tbody>\n";
   for (const AttachmentReport& attachment : report.attachments) {
     html += "<tr><th scope=\"row\">" + EscapeHtml(attachment.name) + "</th>";
     for (const std::string& value :
          {Format("%.2f", attachment.peak_load), Format("%.2f", attachment.largest_damage),
           Format("%.2f", 1e4 * attachment.freed_area),
+          Format("%.2f", 1e4 * attachment.burnt_area), Format("%.2f", 1e4 * attachment.cut_area),
           Format("%.2f", 1e3 * attachment.dissipated)}) {
       html += "<td class=\"number\">" + value + "</td>";
     }
