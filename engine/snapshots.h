@@ -270,7 +270,7 @@ struct HapticSample {
   std::array<ToolSample, kMaxInstruments> tools;
 };
 
-/// State of the scene's exercise (exercise/exercise_evaluator.h) for the display.
+/// State of the scene's exercise (engine/exercise/exercise_evaluator.h) for the display.
 struct ExerciseStatus {
   bool present = false;  ///< The scene has an exercise.
   int step = 0;          ///< Index of the present step; the number of steps once all are done.
@@ -278,7 +278,7 @@ struct ExerciseStatus {
   double time = 0;       ///< s since the exercise began.
   double time_left = 0;  ///< s.
   int errors = 0;        ///< So far.
-  int last_error = -1;   ///< ExerciseErrorKind; -1: none.
+  int last_error = -1;   ///< Index in ExerciseOptions::errors; -1: none.
   double last_error_time = 0;  ///< s since the exercise began.
   double score = 0;            ///< 0..100, as if the exercise ended now.
   bool ended = false;

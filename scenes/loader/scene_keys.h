@@ -9,7 +9,7 @@ namespace hpdm {
 
 inline constexpr std::string_view kRootKeys[] = {"scene",       "timing", "organ",      "contact",
                                                  "attachment",  "cut",    "instrument", "load",
-                                                 "laparoscope", "file"};
+                                                 "exercise",    "laparoscope", "file"};
 inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks", "step_budget"};
@@ -106,6 +106,13 @@ inline constexpr std::string_view kTraceKeys[] = {"file", "scale", "rotation_deg
 inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radius",
                                                  "force", "displacement", "pressure",
                                                  "box",   "box_fraction", "sphere"};
+inline constexpr std::string_view kExerciseKeys[] = {"name",        "goal", "time_limit",
+                                                     "target_time", "step", "error"};
+inline constexpr std::string_view kExerciseStepKeys[] = {
+    "name", "instruction", "hold", "hold_with", "lift", "touch", "touch_with", "at",
+    "within", "free", "from", "area", "release", "force", "time"};
+inline constexpr std::string_view kExerciseErrorKeys[] = {"kind",  "name",  "limit",
+                                                          "organ", "points"};
 inline constexpr std::string_view kLaparoscopeKeys[] = {
     "position", "target", "trocar", "angle_deg", "field_of_view_deg", "focal_length", "distortion"};
 
@@ -161,6 +168,9 @@ inline constexpr SceneTable kSceneTables[] = {
     {"load.box", kBoxKeys},
     {"load.box_fraction", kBoxKeys},
     {"load.sphere", kSphereKeys},
+    {"exercise", kExerciseKeys},
+    {"exercise.step", kExerciseStepKeys},
+    {"exercise.error", kExerciseErrorKeys},
     {"laparoscope", kLaparoscopeKeys},
     {"file", kFileKeys},
 };

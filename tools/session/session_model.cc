@@ -323,6 +323,7 @@ std::vector<InstrumentVisual> SessionModel::InstrumentVisuals() const {
 
 StatusNames SessionModel::Names() const {
   StatusNames names;
+  names.exercise = scene_.exercise;
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
     names.trocars_W.push_back(options.p_trocar_W);
@@ -334,6 +335,7 @@ StatusNames SessionModel::Names() const {
 
 SessionInfo SessionModel::Info() const {
   SessionInfo info;
+  info.exercise = scene_.exercise;
   for (const AttachmentBed& bed : beds_) {
     info.attachments.push_back({bed.options.a + " and " + bed.options.b, bed.areas.sum()});
   }

@@ -141,6 +141,9 @@ void TrainerInput::Press(int key) {
     case 'o':
       NextOverlay();
       break;
+    case 'i':
+      view_.guidance = !view_.guidance;
+      break;
     case 'p':
       control_.paused = view_.paused = !view_.paused;
       UpdateJaw();

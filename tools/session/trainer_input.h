@@ -28,7 +28,7 @@ namespace hpdm {
 ///     Tab; 1, 2; x                   next instrument; that instrument; its next exchange
 ///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
 ///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
-///     o, p, s, r, F1                 overlays, pause, screenshot, recording, help
+///     o, i, p, s, r, F1              overlays, guidance, pause, screenshot, recording, help
 ///     Space or a click               captures the cursor; Space lets it go
 ///     Esc                            ends the session
 ///

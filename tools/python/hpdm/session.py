@@ -188,6 +188,16 @@ class Session(Closing):
         """
         return self._native.attachments()
 
+    @property
+    def exercise(self):
+        """The judgement of the scene's exercise after the last step, a dict (copies); or None:
+
+        "step": number of steps done of "steps"; "progress": of the present one, 0..1; "step_times":
+        s; "errors": list of dicts with "name", "time" (s), "step", "hand" and "organ" (index or
+        -1), "place" (3, m) and "force" (N); "time": s; "score": 0..100; "ended"; "passed".
+        """
+        return self._native.exercise()
+
     def events(self):
         """Returns the events since the last call: (time in s, severity, name, text)."""
         return self._native.events()

@@ -181,6 +181,37 @@ class NativeSession {
     }
     return attachments;
   }
+  // None in a scene without an exercise.
+  py::object Exercise() {
+    const OneCaller caller(&busy_, kWhat);
+    const std::optional<ExerciseEvaluator>& exercise = session().exercise();
+    if (!exercise) return py::none();
+    const ExerciseResult& result = exercise->result();
+    const ExerciseStatus status = exercise->Status();
+    py::list errors;
+    for (const ExerciseError& error : result.errors) {
+      py::dict one;
+      one["name"] = exercise->options().errors[ToSize(error.rule)].name;
+      one["time"] = error.time;
+      one["step"] = error.step;
+      one["hand"] = error.hand;
+      one["organ"] = error.organ;
+      one["place"] = Array(3, error.place_W.data());
+      one["force"] = error.force;
+      errors.append(one);
+    }
+    py::dict all;
+    all["step"] = status.step;
+    all["steps"] = exercise->options().steps.size();
+    all["progress"] = status.progress;
+    all["step_times"] = result.step_times;
+    all["errors"] = errors;
+    all["time"] = result.time;
+    all["score"] = result.score;
+    all["ended"] = result.ended;
+    all["passed"] = result.passed;
+    return all;
+  }
   Array TickForces() {
     const OneCaller caller(&busy_, kWhat);
     const std::vector<double>& forces = session().tick_forces();
@@ -278,6 +309,7 @@ void BindSessions(py::module_* module) {
       .def("organ_forces", &NativeSession::OrganForces)
       .def("organ", &NativeSession::Organ)
       .def("attachments", &NativeSession::Attachments)
+      .def("exercise", &NativeSession::Exercise)
       .def("tick_forces", &NativeSession::TickForces)
       .def("events", &NativeSession::Events)
       .def("exchange", &NativeSession::Exchange)

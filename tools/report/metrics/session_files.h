@@ -29,6 +29,7 @@ struct SessionFiles {
   /// Names from scene.toml beside the log (SceneInstruments).
   std::vector<std::vector<std::string>> instruments;
   std::vector<std::string> attachments;  ///< The same (SceneAttachments).
+  std::optional<ExerciseOptions> exercise;  ///< The same (SceneExercise).
 };
 
 /// Finds the files of `path`, a session's folder or a bare .lcmlog. Throws InputError if there is
