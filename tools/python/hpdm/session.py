@@ -183,7 +183,7 @@ class Session(Closing):
         """The scene's attachments after the last step, a list of dicts in its order (copies):
 
         "a", "b": the organs' names; "load": 3, N, force of the layer on b; "damage": M, 0 whole .. 1
-        torn, of its samples, and "area": M, m^2; "freed_area": m^2, and of it
+        torn, of its samples, "area": M, m^2, and "points": M x 3, m, their places between the organs; "freed_area": m^2, and of it
         "burnt_area" and "cut_area"; "dissipated": J.
         """
         return self._native.attachments()

@@ -172,6 +172,8 @@ class NativeSession {
         one["load"] = Array(3, outcome.load_W.data());
         one["damage"] = Array(damage.size(), damage.data());
         one["area"] = Array(bed.areas.size(), bed.areas.data());
+        const Points points = PlacesOf(link.joint(), l);
+        one["points"] = py::array_t<double>({points.rows(), Eigen::Index{3}}, points.data());
         one["freed_area"] = outcome.freed_area;
         one["burnt_area"] = outcome.burnt_area;
         one["cut_area"] = outcome.cut_area;
@@ -211,6 +213,22 @@ class NativeSession {
     all["ended"] = result.ended;
     all["passed"] = result.passed;
     return all;
+  }
+  // M x 3, m: the middles of a bed's samples between the two organs now.
+  Points PlacesOf(const AttachmentJoint& joint, std::size_t layer) const {
+    const AttachmentJoint::Layer& joined = joint.layers()[layer];
+    Points places = Points::Zero(joined.bed.size(), 3);
+    for (std::size_t side = 0; side < 2; ++side) {
+      const auto o = ToSize(joint.members()[ToSize(joined.members[side])].organ);
+      const OrganState& organ = session().organ(o);
+      const Triangles& triangles = session().model().organs()[o].rest().triangles;
+      for (int i = 0; i < joined.bed.size(); ++i) {
+        const SurfacePoint& at = joined.bed.surface_points[side][ToSize(i)];
+        places.row(i) +=
+            0.5 * (at.Position(organ.vertices, triangles) + organ.offset_W).transpose();
+      }
+    }
+    return places;
   }
   Array TickForces() {
     const OneCaller caller(&busy_, kWhat);
