@@ -481,6 +481,38 @@ void AddFillingsAndLayers(Scenes* s) {
            "[[cut]]\norgan='held'\nstrip=[[[0,-1,-1],[0,1,-1]],[[0,-1,0],[0,1,0]]]");
 }
 
+void AddExercises(Scenes* s) {
+  const auto exercise = [s](const std::string& name, const std::string& step,
+                            const std::string& error = "", const std::string& keys = "") {
+    s->Table("an exercise " + name,
+             "[exercise]\n" + keys + (step.empty() ? "" : "[[exercise.step]]\nname='a'\n" + step) +
+                 (error.empty() ? "" : "[[exercise.error]]\n" + error));
+  };
+  const std::string step = "hold='liver'\n";
+  exercise("that is sound", step, "kind='force'\n");
+  exercise("without steps", "");
+  exercise("with a step without conditions", "time=1\n");
+  exercise("that holds no organ", "hold='lung'\n");
+  exercise("with no instrument", "hold='liver'\nhold_with='spoon'\n");
+  exercise("that holds with nothing held", "force=1\nhold_with='probe'\n");
+  exercise("that lifts nothing", "force=1\nlift=0.01\n");
+  exercise("that touches somewhere", "touch='liver'\nat=[0,0,0]\n");
+  exercise("that touches nowhere", "touch='liver'\nwithin=0.1\n");
+  exercise("that frees what is not attached", "free='liver'\narea=1e-4\n");
+  exercise("that frees no area", "free='liver'\n");
+  exercise("of negative time", step + "time=-1\n");
+  exercise("without time", step, "", "time_limit=0\n");
+  exercise("with a late target", step, "", "time_limit=10\ntarget_time=10\n");
+  exercise("with a goal of 300 bytes", step, "", "goal='" + std::string(300, 'a') + "'\n");
+  exercise("with an unknown error", step, "kind='sneeze'\n");
+  exercise("with an error without a kind", step, "limit=1\n");
+  exercise("with a force of NaN", step, "kind='force'\nlimit=nan\n");
+  exercise("with a tear of no attachment", step, "kind='tear'\norgan='liver'\n");
+  exercise("with a limit of inversion", step, "kind='inverted'\nlimit=1\n");
+  exercise("with a stray burn of an organ", step, "kind='stray_burn'\norgan='liver'\n");
+  exercise("with points below zero", step, "kind='force'\npoints=-5\n");
+}
+
 void AddAttachments(Scenes* s) {
   constexpr const char* kFace = "box={min=[0.049,-1,-1],max=[0.051,1,1]}\n";
   const auto layer = [](const std::string& region, const std::string& toughness = "45",
@@ -550,6 +582,7 @@ TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   AddCuts(&scenes);
   AddFillingsAndLayers(&scenes);
   AddAttachments(&scenes);
+  AddExercises(&scenes);
   AddSessions(&scenes);
   scenes.Compare();
 }
