@@ -186,8 +186,8 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
       if (torn > torn_[at] && damage_[at] < 1) {
         const double removed = burnt_[at] + cut_[at], damage = DamageWith(torn, removed);
         if (removed > 0) {
-          spared_[l] += layer.bed.areas[i] * removed *
-                        (law.Dissipated(torn) - law.Dissipated(torn_[at]));
+          spared_[l] +=
+              layer.bed.areas[i] * removed * (law.Dissipated(torn) - law.Dissipated(torn_[at]));
         }
         settled = settled && damage - damage_[at] <= kSettled;
         torn_[at] = torn;

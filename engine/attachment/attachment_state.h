@@ -90,10 +90,10 @@ class AttachmentState {
 
   std::shared_ptr<const AttachmentJoint> joint_;
   std::vector<double> damage_;
-  std::vector<double> torn_;  // share of the damage by the law
+  std::vector<double> torn_;         // share of the damage by the law
   std::vector<double> burnt_, cut_;  // shares of the area that instruments removed
   std::vector<double> spared_;  // of each layer, J: what tearing did not dissipate in removed area
-  std::vector<char> closed_;  // of each sample: carries pressure
+  std::vector<char> closed_;    // of each sample: carries pressure
   Points borne_;              // of each sample, m: its displacement by the weight; empty: no weight
   Eigen::VectorXd released_;  // 3r, N, or empty
   bool changed_ = true;       // since R_ was computed

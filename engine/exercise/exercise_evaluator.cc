@@ -248,8 +248,8 @@ bool ExerciseEvaluator::IsHook(const StepSample& sample, int hand) const {
 }
 
 double ExerciseEvaluator::Score() const {
-  const double done = static_cast<double>(result_.step_times.size()) /
-                      static_cast<double>(options_.steps.size());
+  const double done =
+      static_cast<double>(result_.step_times.size()) / static_cast<double>(options_.steps.size());
   double score = kStepPoints * done - points_;
   if (result_.passed) {
     const double late = result_.time - options_.target_time;

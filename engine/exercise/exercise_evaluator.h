@@ -11,13 +11,13 @@ namespace hpdm {
 
 /// An error that a trainee made.
 struct ExerciseError {
-  int rule = 0;           ///< Index in ExerciseOptions::errors.
-  double time = 0;        ///< s since the exercise began.
-  int step = 0;           ///< Step of the exercise.
-  int hand = -1;          ///< -1: none.
-  int organ = -1;         ///< -1: none.
+  int rule = 0;                         ///< Index in ExerciseOptions::errors.
+  double time = 0;                      ///< s since the exercise began.
+  int step = 0;                         ///< Step of the exercise.
+  int hand = -1;                        ///< -1: none.
+  int organ = -1;                       ///< -1: none.
   Vector3d place_W = Vector3d::Zero();  ///< m.
-  double force = 0;       ///< N: of that hand on tissue; of kForce the largest until it is below.
+  double force = 0;  ///< N: of that hand on tissue; of kForce the largest until it is below.
 };
 
 /// The outcome of an exercise so far.
@@ -65,10 +65,10 @@ class ExerciseEvaluator {
  private:
   // The state of one rule, for each hand.
   struct Watch {
-    bool active = false;     // the error was counted and its condition has not ended
-    double since = 0;        // s that the condition has lasted
-    std::size_t error = 0;   // index of the error counted
-    double last = 0;         // s, when the condition last held
+    bool active = false;    // the error was counted and its condition has not ended
+    double since = 0;       // s that the condition has lasted
+    std::size_t error = 0;  // index of the error counted
+    double last = 0;        // s, when the condition last held
   };
 
   void AdvanceStep(const StepSample& sample);
@@ -87,10 +87,10 @@ class ExerciseEvaluator {
   ExerciseResult result_;
   bool begun_ = false;
   Nanoseconds start_ns_ = 0, last_ns_ = 0;
-  double held_ = 0;      // s that the present step's conditions have held
+  double held_ = 0;  // s that the present step's conditions have held
   bool holding_ = false;
-  double progress_ = 0;  // of the present step, 0..1
-  double points_ = 0;    // that errors cost
+  double progress_ = 0;                                      // of the present step, 0..1
+  double points_ = 0;                                        // that errors cost
   std::vector<std::array<Watch, kMaxInstruments>> watches_;  // of each rule
   std::vector<double> torn_;                                 // of each rule, m^2: counted so far
   std::array<SolvedContact, kMaxInstruments> last_contacts_;

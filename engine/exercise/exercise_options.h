@@ -26,16 +26,16 @@ struct ExerciseStepOptions {
   std::string name = {};         ///< Short: "lift the fundus".
   std::string instruction = {};  ///< For the trainee, one sentence; empty: the name.
 
-  std::optional<ExerciseContact> holds = {};    ///< Jaws hold the organ.
-  double lift = 0;                         ///< m: what they hold is at least so far from its place.
+  std::optional<ExerciseContact> holds = {};  ///< Jaws hold the organ.
+  double lift = 0;  ///< m: what they hold is at least so far from its place.
   std::optional<ExerciseContact> touches = {};  ///< A tip presses the organ,
   std::optional<Vector3d> at_W = {};            ///< at a place within `within` of this, m.
-  double within = 0;                       ///< m.
+  double within = 0;                            ///< m.
   std::optional<int> frees = {};                ///< Attachment that is freed
-  double freed_area = 0;                   ///< by this area, m^2.
+  double freed_area = 0;                        ///< by this area, m^2.
   std::optional<int> releases = {};             ///< Organ that no jaws hold.
   std::optional<double> force = {};             ///< N: no instrument exerts more on tissue.
-  double time = 0;                         ///< s.
+  double time = 0;                              ///< s.
 };
 
 enum class ExerciseErrorKind {
@@ -50,7 +50,7 @@ enum class ExerciseErrorKind {
 /// Something that a trainee must avoid. Each time is an error that costs `points`.
 struct ExerciseErrorOptions {
   ExerciseErrorKind kind = ExerciseErrorKind::kForce;
-  std::string name = {};       ///< For people: "perforation of the gallbladder".
+  std::string name = {};  ///< For people: "perforation of the gallbladder".
   double limit = 0;       ///< As the kind says.
   int organ = -1;         ///< -1: any organ (force, burn, drop).
   int attachment = -1;    ///< -1: all of them (tear).

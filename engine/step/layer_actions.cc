@@ -70,14 +70,14 @@ void LayerActions::Find(const std::vector<OrganStep>& organs, std::span<Attachme
       const auto place = [&](std::size_t side, int i) -> Vector3d {
         const int member = layer.members[side];
         const OrganStep& organ = organs[ToSize(joint.members()[ToSize(member)].organ)];
-        return layer.bed.surface_points[side][ToSize(i)].Position(
-                   organ.state().vertices, organ.model().rest().triangles) +
+        return layer.bed.surface_points[side][ToSize(i)].Position(organ.state().vertices,
+                                                                  organ.model().rest().triangles) +
                organ.state().offset_W;
       };
       for (int i = 0; i < layer.bed.size(); ++i) {
         if (link.state().Left(l, i) == 0) continue;
-        const double distance = distance_of(Fibres{
-            place(0, i), place(1, i), std::sqrt(layer.bed.areas[i] / std::numbers::pi)});
+        const double distance = distance_of(
+            Fibres{place(0, i), place(1, i), std::sqrt(layer.bed.areas[i] / std::numbers::pi)});
         if (distance < kOutOfReach) reached_.push_back({&link, l, i, distance});
       }
     }

@@ -56,13 +56,13 @@ struct TelemetryOptions {
 struct TelemetrySummary {
   SessionSummary session;
   LogState log;
-  std::uint64_t queue_overflows = 0;  ///< Ticks that found the sample queue full.
-  std::uint64_t step_overflows = 0;   ///< Steps that found the step queue full.
-  bool live = false;                  ///< Publishing was requested.
-  std::uint64_t live_messages = 0;    ///< Published.
-  std::uint64_t live_errors = 0;      ///< Refused by the network.
+  std::uint64_t queue_overflows = 0;       ///< Ticks that found the sample queue full.
+  std::uint64_t step_overflows = 0;        ///< Steps that found the step queue full.
+  bool live = false;                       ///< Publishing was requested.
+  std::uint64_t live_messages = 0;         ///< Published.
+  std::uint64_t live_errors = 0;           ///< Refused by the network.
   std::optional<ExerciseResult> exercise;  ///< Of a scene with one.
-  std::string timeline_failure;       ///< Why rows are missing in timeline.csv; empty if none are.
+  std::string timeline_failure;  ///< Why rows are missing in timeline.csv; empty if none are.
 };
 
 /// Reads the haptic loop's samples, the deformation loop's steps and its snapshots (displacements,

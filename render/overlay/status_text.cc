@@ -218,8 +218,7 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
   return lines;
 }
 
-std::vector<StatusLine> ResultLines(const ExerciseStatus& status,
-                                    const ExerciseOptions& exercise) {
+std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const ExerciseOptions& exercise) {
   return {{status.passed ? "EXERCISE DONE" : "TIME IS OVER",
            status.passed ? Tone::kGood : Tone::kWarning},
           {exercise.name},

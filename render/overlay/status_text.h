@@ -50,8 +50,8 @@ struct StatusText {
   std::array<std::vector<StatusLine>, kMaxInstruments> tools;  ///< Bottom left and right.
   std::array<bool, kMaxInstruments> on_right = {false, true};  ///< The side of each tool's text.
   std::vector<StatusLine> alarms;                              ///< Top of the circle: limits.
-  std::vector<StatusLine> guidance;                            ///< Bottom of the circle: the exercise.
-  std::vector<StatusLine> banner;                              ///< Middle: PAUSED, or the keys.
+  std::vector<StatusLine> guidance;  ///< Bottom of the circle: the exercise.
+  std::vector<StatusLine> banner;    ///< Middle: PAUSED, or the keys.
 };
 
 /// The bar is full at this many force limits.

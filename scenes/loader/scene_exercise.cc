@@ -9,10 +9,10 @@
 namespace hpdm {
 namespace {
 
-constexpr double kMaxTime = 36000;      // s
+constexpr double kMaxTime = 36000;       // s
 constexpr double kMaxTissueForce = 100;  // N
-constexpr double kMaxArea = 1;          // m^2
-constexpr std::size_t kMaxText = 200;   // bytes of a text on the screen
+constexpr double kMaxArea = 1;           // m^2
+constexpr std::size_t kMaxText = 200;    // bytes of a text on the screen
 
 void ReadText(const TableReader& table, std::string_view key, std::string* text) {
   if (table.ReadString(key, text) && text->size() > kMaxText) {
@@ -54,8 +54,7 @@ std::optional<int> ReadAttachmentIndex(const TableReader& table, std::string_vie
                                        std::string_view from, const Scene& scene) {
   const std::optional<int> organ = ReadOrganIndex(table, key, scene);
   if (!organ) return {};
-  const std::optional<int> other =
-      from.empty() ? std::nullopt : ReadOrganIndex(table, from, scene);
+  const std::optional<int> other = from.empty() ? std::nullopt : ReadOrganIndex(table, from, scene);
   const auto joins = [&](const AttachmentOptions& attachment, std::optional<int> index) {
     if (!index) return true;
     const std::string& name = scene.organs[static_cast<std::size_t>(*index)].name;
@@ -65,8 +64,9 @@ std::optional<int> ReadAttachmentIndex(const TableReader& table, std::string_vie
   for (std::size_t a = 0; a < scene.attachments.size(); ++a) {
     if (!joins(scene.attachments[a], organ) || !joins(scene.attachments[a], other)) continue;
     if (found) {
-      table.Fail(key, "has several attachments",
-                 from.empty() ? "leave it out to watch all of them" : "name the other organ as from");
+      table.Fail(
+          key, "has several attachments",
+          from.empty() ? "leave it out to watch all of them" : "name the other organ as from");
     }
     found = static_cast<int>(a);
   }
@@ -158,8 +158,8 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene) {
   } else {
     error.organ = ReadOrganIndex(table, "organ", scene).value_or(-1);
   }
-  const bool of_organ = error.kind != ExerciseErrorKind::kStrayBurn &&
-                        error.kind != ExerciseErrorKind::kInverted;
+  const bool of_organ =
+      error.kind != ExerciseErrorKind::kStrayBurn && error.kind != ExerciseErrorKind::kInverted;
   if (!of_organ && table.Has("organ")) {
     table.Fail("organ", "does not belong to this kind of error", "remove it");
   }

@@ -9,8 +9,8 @@
 namespace hpdm {
 namespace {
 
-constexpr double kMaxRadius = 0.05;       // m; instruments are 5 to 12 mm thick
-constexpr double kMaxPower = 400;         // W; electrosurgery uses 20 to 100 W
+constexpr double kMaxRadius = 0.05;  // m; instruments are 5 to 12 mm thick
+constexpr double kMaxPower = 400;    // W; electrosurgery uses 20 to 100 W
 constexpr int kDefaultClips = 20, kMaxClips = 100;
 constexpr double kMaxClosingForce = 100;  // N; laparoscopic graspers close with 5 to 20 N
 

@@ -331,8 +331,7 @@ void AddInstruments(Scenes* s) {
   s->Text("a hook without power", SoundScene({.instrument = "type='hook'\npower=0\n"}));
   s->Text("a hook of NaN", SoundScene({.instrument = "type='hook'\npower=nan\n"}));
   s->Text("a hook with clips", SoundScene({.instrument = "type='hook'\nclips=3\n"}));
-  s->Text("a magazine of -1 clips",
-          SoundScene({.instrument = "type='clip_applier'\nclips=-1\n"}));
+  s->Text("a magazine of -1 clips", SoundScene({.instrument = "type='clip_applier'\nclips=-1\n"}));
   s->Text("a probe with jaws: closing_force=5", SoundScene({.instrument = "closing_force=5\n"}));
   for (const char* jaws : {"closing_force=5", "jaw_friction=0.5"}) {
     const std::string line = jaws + std::string("\n");
@@ -543,8 +542,7 @@ void AddAttachments(Scenes* s) {
           scene(rigid, layer(kFace, "45", "10") + "[scene]\ngravity=[0,0,-9.81]\n",
                 {.organ = "support=[{box={min=[-1,-1,-1],max=[-0.03,1,1]}, fixed=true}]\n"}));
   s->Text("an attachment of NaN", scene(soft, layer(kFace, "nan")));
-  s->Text("an attachment that burns without heat",
-          scene(soft, layer(kFace) + "burn_energy=0\n"));
+  s->Text("an attachment that burns without heat", scene(soft, layer(kFace) + "burn_energy=0\n"));
   s->Text("two attachments on one surface", scene(soft, layer(kFace) + layer(kFace)));
   s->Text("an attachment of two rigid organs",
           scene(rigid,

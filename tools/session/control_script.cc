@@ -38,9 +38,8 @@ std::optional<double> SecondsIn(std::string_view text) {
 Change ParseExchange(const std::string& argument,
                      const std::vector<InstrumentOptions>& instruments) {
   const std::size_t at = argument.rfind('@');
-  const auto seconds = at == std::string::npos
-                           ? std::nullopt
-                           : SecondsIn(std::string_view(argument).substr(at + 1));
+  const auto seconds =
+      at == std::string::npos ? std::nullopt : SecondsIn(std::string_view(argument).substr(at + 1));
   if (!seconds) {
     Fail("--exchange", argument,
          "is not an exchange; give NAME=OTHER@SECONDS, such as probe=hook@3");
@@ -84,11 +83,17 @@ void ParsePedal(const std::string& argument, const std::vector<InstrumentOptions
       AppendToList(instruments[i].name, &known);
       continue;
     }
-    changes->push_back({std::llround(*from * 1e9), i, {}, true,
+    changes->push_back({std::llround(*from * 1e9),
+                        i,
+                        {},
+                        true,
                         "pedal of " + name + " at " + argument.substr(at + 1) + " s"});
-    changes->push_back({std::llround(*until * 1e9), i, {}, false,
-                        "release of the pedal of " + name + " after " +
-                            argument.substr(at + 1) + " s"});
+    changes->push_back(
+        {std::llround(*until * 1e9),
+         i,
+         {},
+         false,
+         "release of the pedal of " + name + " after " + argument.substr(at + 1) + " s"});
     return;
   }
   Fail("--pedal", argument, "unknown instrument; the scene has " + known);

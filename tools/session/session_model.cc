@@ -23,6 +23,8 @@ std::vector<ToolGeometry> GeometriesOf(const InstrumentOptions& instrument) {
     geometries.push_back(instrument.Held(held).geometry);
     ToolGeometry& geometry = geometries.back();
     const InstrumentType type = instrument.Held(held).type;
+    const JawOptions& jaws = instrument.Held(held).jaws;
+    if (!jaws.meshes.empty()) geometry.opening = jaws.opening;
     geometry.can_grasp = type == InstrumentType::kGrasper;
     if (type == InstrumentType::kHook) geometry.action = ToolAction::kBurn;
     if (type == InstrumentType::kScissors) geometry.action = ToolAction::kCut;

@@ -23,7 +23,7 @@ constexpr double kThin = 1e-4;    // m: a tool that fits into the gap without to
 // A rigid plate below z = 0 and a block of 40 x 40 x 10 mm on it, joined by a layer.
 struct Bed {
   double scale = 1;
-  double burn_energy = 1.9e6;           // J/m^2
+  double burn_energy = 1.9e6;            // J/m^2
   Vector3d motion_W = Vector3d::Zero();  // m, of the block's support
 
   double Area() const { return scale * scale * 0.04 * 0.04; }

@@ -36,7 +36,8 @@ class Course {
   }
 
   // Changes the state of the session and runs it for some steps.
-  void Run(int steps, const std::function<void(StepSample*)>& change = [](StepSample*) {}) {
+  void Run(
+      int steps, const std::function<void(StepSample*)>& change = [](StepSample*) {}) {
     change(&sample_);
     for (int i = 0; i < steps; ++i) {
       sample_.step.time_ns += kPeriod;
@@ -99,18 +100,19 @@ void Tear(Course* course, double area) {
 // A hook that is energised on the gallbladder, or in the air, for so many s.
 void Burn(Course* course, double seconds) {
   course->Run(1, [&](StepSample* s) { Touch(s, kHook, kGallbladder, 0.2); });
-  course->Run(static_cast<int>(seconds / kDt), [&](StepSample* s) { s->tools[kHook].pedal = true; });
+  course->Run(static_cast<int>(seconds / kDt),
+              [&](StepSample* s) { s->tools[kHook].pedal = true; });
   course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
 }
 void BurnAir(Course* course, double seconds) {
-  course->Run(static_cast<int>(seconds / kDt), [&](StepSample* s) { s->tools[kHook].pedal = true; });
+  course->Run(static_cast<int>(seconds / kDt),
+              [&](StepSample* s) { s->tools[kHook].pedal = true; });
   course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
 }
 // Jaws that open on what they hold so many m from its place.
 void Drop(Course* course, double lift) {
-  course->Run(5, [&](StepSample* s) {
-    Touch(s, kGrasper, kGallbladder, 1.25, ContactKind::kGrasp, lift);
-  });
+  course->Run(
+      5, [&](StepSample* s) { Touch(s, kGrasper, kGallbladder, 1.25, ContactKind::kGrasp, lift); });
   course->Run(5, [&](StepSample* s) { Touch(s, kGrasper, kGallbladder, 0, ContactKind::kNone); });
 }
 void Invert(Course* course, double flag) {
@@ -127,7 +129,13 @@ const ErrorCase kCases[] = {
      kLiver,
      kHook,
      4.01},
-    {"tear", {ExerciseErrorKind::kTear, "", 2e-5}, Tear, 2.01e-5, 1.99e-5, kGallbladder, kGrasper,
+    {"tear",
+     {ExerciseErrorKind::kTear, "", 2e-5},
+     Tear,
+     2.01e-5,
+     1.99e-5,
+     kGallbladder,
+     kGrasper,
      1.5},
     {"burn",
      {ExerciseErrorKind::kBurn, "", 0.3, kGallbladder},
@@ -234,9 +242,8 @@ ExerciseOptions FourSteps() {
 TEST(ExerciseEvaluator, StepsAreDoneInTheirOrderOnceTheirConditionsHaveHeld) {
   Course course(FourSteps());
   const auto hold = [](double lift) {
-    return [lift](StepSample* s) {
-      Touch(s, kGrasper, kGallbladder, 1, ContactKind::kGrasp, lift);
-    };
+    return
+        [lift](StepSample* s) { Touch(s, kGrasper, kGallbladder, 1, ContactKind::kGrasp, lift); };
   };
   course.Run(14, hold(0.02));
   EXPECT_EQ(course.status().step, 0);

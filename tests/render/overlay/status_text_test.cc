@@ -254,11 +254,12 @@ Scenery WithExercise() {
   scenery.names.exercise.emplace();
   ExerciseOptions& exercise = *scenery.names.exercise;
   exercise.name = "bed";
-  exercise.steps = {{.name = "take"},
-                    {.name = "lift", .instruction = "Lift it off the liver until the layer is tight"}};
+  exercise.steps = {
+      {.name = "take"},
+      {.name = "lift", .instruction = "Lift it off the liver until the layer is tight"}};
   exercise.errors = {{.name = "more than 4 N"}};
-  scenery.health.exercise = {.present = true, .step = 1, .progress = 0.5, .time = 20.4,
-                             .time_left = 79.6, .score = 40};
+  scenery.health.exercise = {
+      .present = true, .step = 1, .progress = 0.5, .time = 20.4, .time_left = 79.6, .score = 40};
   return scenery;
 }
 

@@ -273,9 +273,9 @@ SurfaceMesh WithJaws(const InstrumentMeshes& model, double jaw) {
 }
 
 TEST(MeshAssets, InstrumentsHaveAbout562TrianglesInAllTheirParts) {
-  for (const InstrumentType type : {InstrumentType::kProbe, InstrumentType::kGrasper,
-                                    InstrumentType::kScissors, InstrumentType::kHook,
-                                    InstrumentType::kClipApplier}) {
+  for (const InstrumentType type :
+       {InstrumentType::kProbe, InstrumentType::kGrasper, InstrumentType::kScissors,
+        InstrumentType::kHook, InstrumentType::kClipApplier}) {
     // The paper's number, to what whole teeth and segments allow.
     EXPECT_NEAR(WithJaws(MakeInstrument(type), 0).triangles.rows(), 562, 70);
   }
@@ -292,9 +292,8 @@ TEST(MeshAssets, JawsTurnWithoutTouchingEachOtherOrTheFork) {
 }
 
 TEST(MeshAssets, TipsOfInstrumentsLieInTheirBallWhenClosed) {
-  for (const InstrumentType type :
-       {InstrumentType::kGrasper, InstrumentType::kScissors, InstrumentType::kHook,
-        InstrumentType::kClipApplier}) {
+  for (const InstrumentType type : {InstrumentType::kGrasper, InstrumentType::kScissors,
+                                    InstrumentType::kHook, InstrumentType::kClipApplier}) {
     const SurfaceMesh mesh = WithJaws(MakeInstrument(type), 0);
     EXPECT_NEAR(mesh.vertices.col(2).minCoeff(), -kInstrumentRadius, 1e-9);
     for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {

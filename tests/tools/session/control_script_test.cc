@@ -80,7 +80,8 @@ TEST(ControlScript, AnInvalidPressOfAPedalIsNamedWithTheRemedy) {
   for (const char* text : {"left", "left@3", "left@3-3", "left@4-3", "left@-3-4", "left@x-4"}) {
     EXPECT_NE(error_of(text).find("give NAME@FROM-TO"), std::string::npos) << text;
   }
-  EXPECT_EQ(error_of("hook@1-2"), "--pedal hook@1-2: unknown instrument; the scene has left, right");
+  EXPECT_EQ(error_of("hook@1-2"),
+            "--pedal hook@1-2: unknown instrument; the scene has left, right");
 }
 
 }  // namespace

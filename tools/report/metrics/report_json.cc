@@ -118,9 +118,9 @@ Json ExerciseToJson(const ExerciseReport& exercise, const std::vector<std::strin
   const ExerciseResult& result = exercise.result;
   Json steps = Json::array(), errors = Json::array();
   for (std::size_t s = 0; s < options.steps.size(); ++s) {
-    steps.push_back({{"name", options.steps[s].name},
-                     {"done_s", s < result.step_times.size() ? Json(result.step_times[s])
-                                                             : Json(nullptr)}});
+    steps.push_back(
+        {{"name", options.steps[s].name},
+         {"done_s", s < result.step_times.size() ? Json(result.step_times[s]) : Json(nullptr)}});
   }
   for (const ExerciseError& error : result.errors) {
     const ExerciseErrorOptions& rule = options.errors[static_cast<std::size_t>(error.rule)];
@@ -134,8 +134,8 @@ Json ExerciseToJson(const ExerciseReport& exercise, const std::vector<std::strin
          {"place_m", {error.place_W.x(), error.place_W.y(), error.place_W.z()}},
          {"force_N", error.force}});
   }
-  return {{"name", options.name},     {"score", result.score},  {"passed", result.passed},
-          {"ended", result.ended},    {"time_s", result.time},  {"steps", steps},
+  return {{"name", options.name},  {"score", result.score}, {"passed", result.passed},
+          {"ended", result.ended}, {"time_s", result.time}, {"steps", steps},
           {"errors", errors}};
 }
 

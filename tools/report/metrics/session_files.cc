@@ -110,8 +110,8 @@ SessionFiles FindSessionFiles(const fs::path& path) {
 }
 
 SessionReading ReadSession(const SessionFiles& files, double force_limit, double depth_limit) {
-  SessionReading reading = ReadSession(
-      files.log.string(), force_limit, files.instruments, depth_limit, files.exercise);
+  SessionReading reading =
+      ReadSession(files.log.string(), force_limit, files.instruments, depth_limit, files.exercise);
   reading.report.scene = files.scene;
   std::vector<AttachmentReport>& attachments = reading.report.attachments;
   if (attachments.size() == files.attachments.size()) {

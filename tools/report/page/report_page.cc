@@ -40,9 +40,8 @@ std::string AttachmentTable(const SessionReport& report) {
     html += "<tr><th scope=\"row\">" + EscapeHtml(attachment.name) + "</th>";
     for (const std::string& value :
          {Format("%.2f", attachment.peak_load), Format("%.2f", attachment.largest_damage),
-          Format("%.2f", 1e4 * attachment.freed_area),
-          Format("%.2f", 1e4 * attachment.burnt_area), Format("%.2f", 1e4 * attachment.cut_area),
-          Format("%.2f", 1e3 * attachment.dissipated)}) {
+          Format("%.2f", 1e4 * attachment.freed_area), Format("%.2f", 1e4 * attachment.burnt_area),
+          Format("%.2f", 1e4 * attachment.cut_area), Format("%.2f", 1e3 * attachment.dissipated)}) {
       html += "<td class=\"number\">" + value + "</td>";
     }
     html += "</tr>\n";
@@ -95,18 +94,20 @@ std::string ExercisePanel(const SessionReport& report) {
             "</td><td>" +
             EscapeHtml(name(error.organ, report.organs, [](const auto& o) { return o; })) +
             "</td>" +
-            Format("<td class=\"number\">%.2f</td><td>%.0f, %.0f, %.0f</td>"
-                   "<td class=\"number\">%g</td></tr>\n",
-                   error.force, 1e3 * error.place_W.x(), 1e3 * error.place_W.y(),
-                   1e3 * error.place_W.z(), -rule.points);
+            Format(
+                "<td class=\"number\">%.2f</td><td>%.0f, %.0f, %.0f</td>"
+                "<td class=\"number\">%g</td></tr>\n",
+                error.force, 1e3 * error.place_W.x(), 1e3 * error.place_W.y(),
+                1e3 * error.place_W.z(), -rule.points);
   }
   if (!result.errors.empty()) html += "</tbody></table></div>\n";
   return html +
-         Format("<p class=\"note\">Steps give up to %g points, the time up to %g: all of them up to "
-                "%.0f s, none at %.0f s or with a step left. Errors take theirs off. The score says "
-                "how this exercise was done, not how well somebody operates.</p>\n",
-                ExerciseEvaluator::kStepPoints, ExerciseEvaluator::kTimePoints,
-                options.target_time, options.time_limit);
+         Format(
+             "<p class=\"note\">Steps give up to %g points, the time up to %g: all of them up to "
+             "%.0f s, none at %.0f s or with a step left. Errors take theirs off. The score says "
+             "how this exercise was done, not how well somebody operates.</p>\n",
+             ExerciseEvaluator::kStepPoints, ExerciseEvaluator::kTimePoints, options.target_time,
+             options.time_limit);
 }
 
 std::string OrganTable(const SessionReport& report) {
