@@ -37,6 +37,7 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
   HPDM_CHECK(bodies.size() == joint().members().size());
   round_ = 0;
   apart_.setZero();
+  acted_ = false;
   for (std::size_t m = 0; m < bodies.size(); ++m) {
     bodies_[m] = bodies[m];
     const Vector3d apart_W = offsets_W[m] - offsets_W[0];
@@ -174,7 +175,7 @@ void AttachmentLink::LetGo(std::span<BodyInStep> bodies) {
     if (held) continue;
     let_go_[m] = 1;
     for (std::size_t l = 0; l < joint().layers().size(); ++l) {
-      if (holds(l)) state_.Remove(l);
+      if (holds(l)) state_.TakeAway(l);
     }
     const BodyInStep& body = bodies[ToSize(bodies_[m])];
     body.body->TakeMoved(*body.U);
