@@ -26,20 +26,28 @@ StaticCase MakeStaticCase(Scene scene);
 /// Throws InputError if the file is not a surface table or belongs to another mesh.
 Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& rest);
 
-/// Results of linear tetrahedra on the same case, measured with the reference solution.
-struct LinearTetrahedra {
+/// Results of tetrahedra on the same case, measured with the reference solution.
+struct ComparedTetrahedra {
+  bool quadratic = false;  ///< Ten nodes an element, which hardly lock; else four.
   int nodes = 0;
   bool graded = false;          ///< Finer towards the load.
   double error = 0;             ///< Area-weighted relative L2, as RelativeSurfaceError.
   double compliance_ratio = 0;  ///< Compliance divided by the reference's.
 };
 
+/// Reads the results of tetrahedra from the facts (NAME.json) beside a reference table NAME.csv; none
+/// if there is no such file or it is not one.
+std::vector<ComparedTetrahedra> ComparedBeside(const std::filesystem::path& table);
+
+/// Returns "linear tetrahedra of one size", "quadratic tetrahedra, graded" and the like.
+std::string KindOf(const ComparedTetrahedra& mesh);
+
 /// A case's solution by quadratic tetrahedra (tests/reference/README.md).
 struct CaseReference {
   Points displacements;                      ///< V x 3, m.
   double compliance = 0;                     ///< At the first load, m/N.
   std::vector<Vector3d> load_displacements;  ///< m, one per load; absent for a pressure.
-  std::vector<LinearTetrahedra> linear;
+  std::vector<ComparedTetrahedra> compared;
 };
 
 /// Reads NAME.csv and NAME.json in `folder`, where NAME is CaseName(load_case). Throws InputError,
