@@ -26,19 +26,40 @@ class AttachmentLink final : public BodyLink {
   /// After the last step, for each of the joint's layers.
   std::span<const AttachmentOutcome> outcomes() const { return outcomes_; }
 
+  /// True once all layers of a free organ are torn: it has left the joint.
+  bool HasLetGo(std::size_t member) const { return let_go_[member] != 0; }
+
   /// Begins a step. `offsets_W`: of the members, m; `bodies`: their numbers in the problem.
   void Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies);
   /// True if the members' offsets differ: then none of them can sleep.
   bool IsMovedApart(std::span<const Vector3d> offsets_W) const;
+
+  /// Removes a share of a sample's area, as AttachmentState does. The next step's problem is solved
+  /// even if the organs sleep.
+  double Burn(std::size_t layer, int sample, double share) {
+    return Acted(state_.Burn(layer, sample, share));
+  }
+  double Cut(std::size_t layer, int sample, double share) {
+    return Acted(state_.Cut(layer, sample, share));
+  }
+  /// True if an instrument has acted on a layer since the last step.
+  bool acted() const { return acted_; }
 
   void Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) override;
   bool Advance(const ContactSolver& solver) override;
   void End(std::span<BodyInStep> bodies) override;
 
  private:
+  double Acted(double share) {
+    acted_ = acted_ || share > 0;
+    return share;
+  }
   void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
+  void AddFreeDisplacements(std::span<const BodyInStep> bodies);
+  void LetGo(std::span<BodyInStep> bodies);
 
   AttachmentState state_;
+  bool acted_ = false;
   std::vector<AttachmentOutcome> outcomes_;
   std::array<int, kMaxOrgans> bodies_{};  // of each member
   int round_ = 0;                         // of the present step
@@ -50,10 +71,13 @@ class AttachmentLink final : public BodyLink {
   WorkMatrix half_along_, half_;     // L^-1 times the two before (AttachmentState::HalfSettle)
   WorkMatrix tied_compliance_;       // sides x sides, m/N: along^T tied
   AttachmentState::FewColumns few_;  // 3r rows, scratch
+  std::vector<char> let_go_;         // of each member
   bool same_ = true;                 // no side has friction: its force is along its axis
-  Eigen::VectorXd offset_;           // 3r: G^-1 times the modes' displacements by the offsets
-  Eigen::VectorXd free_;             // 3r: those displacements with the layers
-  Eigen::VectorXd w_, q_;            // 3r: of the last solution
+  Eigen::VectorXd
+      apart_;  // 3r: the modes' displacements without forces, by offsets and free motion
+  Eigen::VectorXd offset_;  // 3r: G^-1 times them
+  Eigen::VectorXd free_;    // 3r: those displacements with the layers
+  Eigen::VectorXd w_, q_;   // 3r: of the last solution
 };
 
 }  // namespace hpdm

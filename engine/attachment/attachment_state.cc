@@ -25,15 +25,19 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
     count += static_cast<std::size_t>(layer.bed.size());
   }
   damage_.assign(count, 0);
+  torn_ = burnt_ = cut_ = damage_;
+  spared_.assign(joint_->layers().size(), 0);
   closed_.assign(count, 0);
+  taken_away_.assign(joint_->layers().size(), 0);
   Refactor();
   if (joint_->sag().size() > 0) BearWeight();
 }
 
 // Finds what the undamaged layers bear. Refuses a layer that it would damage.
 void AttachmentState::BearWeight() {
-  Eigen::VectorXd w = joint_->stiffness() * joint_->sag();
-  Settle(w);
+  const Eigen::MatrixXd& stiffness = joint_->lasting_stiffness();
+  const Eigen::VectorXd w =
+      (stiffness + R_).ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
   borne_.resize(static_cast<Eigen::Index>(damage_.size()), 3);
   released_.setZero(w.size());
   Eigen::Index at = 0;
@@ -57,9 +61,42 @@ void AttachmentState::BearWeight() {
 }
 
 std::span<const double> AttachmentState::DamageOf(std::size_t layer) const {
+  return damage().subspan(Number(layer, 0), ToSize(joint_->layers()[layer].bed.size()));
+}
+
+std::size_t AttachmentState::Number(std::size_t layer, int sample) const {
   std::size_t first = 0;
   for (std::size_t l = 0; l < layer; ++l) first += ToSize(joint_->layers()[l].bed.size());
-  return damage().subspan(first, ToSize(joint_->layers()[layer].bed.size()));
+  return first + ToSize(sample);
+}
+
+double AttachmentState::Left(std::size_t layer, int sample) const {
+  const std::size_t at = Number(layer, sample);
+  return damage_[at] >= 1 ? 0 : 1 - burnt_[at] - cut_[at];
+}
+
+double AttachmentState::Remove(std::size_t layer, int sample, double share,
+                               std::vector<double>* by) {
+  const std::size_t at = Number(layer, sample);
+  const double left = Left(layer, sample);
+  if (!(share > 0) || left == 0) return 0;
+  share = std::min(share, left);
+  (*by)[at] += share;
+  damage_[at] = share == left ? 1 : DamageWith(torn_[at], burnt_[at] + cut_[at]);
+  changed_ = true;
+  return share;
+}
+
+bool AttachmentState::IsTorn(std::size_t layer) const {
+  const std::span<const double> damage = DamageOf(layer);
+  return std::all_of(damage.begin(), damage.end(), [](double d) { return d >= 1; });
+}
+
+void AttachmentState::TakeAway(std::size_t layer) {
+  const auto first = static_cast<std::ptrdiff_t>(DamageOf(layer).data() - damage_.data());
+  std::fill_n(closed_.begin() + first, joint_->layers()[layer].bed.size(), 0);
+  taken_away_[layer] = 1;
+  changed_ = true;
 }
 
 void AttachmentState::Refactor() {
@@ -153,14 +190,25 @@ Vector3d AttachmentState::DisplacementOf(const AttachmentJoint::Layer& layer, in
 bool AttachmentState::Update(const Eigen::VectorXd& w) {
   bool settled = true;
   std::size_t at = 0;
-  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
+    const AttachmentJoint::Layer& layer = joint_->layers()[l];
+    if (taken_away_[l] != 0) {
+      at += ToSize(layer.bed.size());
+      continue;
+    }
     const CohesiveLaw& law = layer.bed.law;
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
       const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);
       const Vector3d normal = layer.bed.normals_W.row(i);
-      const double damage = law.Damage(law.Effective(delta, normal));
-      if (damage > damage_[at]) {
+      const double torn = law.Damage(law.Effective(delta, normal));
+      if (torn > torn_[at] && damage_[at] < 1) {
+        const double removed = burnt_[at] + cut_[at], damage = DamageWith(torn, removed);
+        if (removed > 0) {
+          spared_[l] +=
+              layer.bed.areas[i] * removed * (law.Dissipated(torn) - law.Dissipated(torn_[at]));
+        }
         settled = settled && damage - damage_[at] <= kSettled;
+        torn_[at] = torn;
         damage_[at] = damage;
         changed_ = true;
       }
@@ -189,9 +237,13 @@ void AttachmentState::Report(const Eigen::VectorXd& w,
       outcome.load_W -= area * (1 - d) * k * delta;
       if (closed_[at] != 0) outcome.load_W -= area * d * k * n.dot(delta) * n;
       outcome.largest_damage = std::max(outcome.largest_damage, d);
-      if (d >= 1) outcome.freed_area += area;
-      outcome.dissipated += area * layer.bed.law.Dissipated(d);
+      outcome.dissipated += area * layer.bed.law.Dissipated(torn_[at]);
+      if (d < 1) continue;
+      outcome.freed_area += area;
+      outcome.burnt_area += area * burnt_[at];
+      outcome.cut_area += area * cut_[at];
     }
+    outcome.dissipated -= spared_[l];
   }
 }
 

@@ -1,11 +1,13 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/attachment/attachment_options.h"
 #include "engine/base/types.h"
+#include "engine/exercise/exercise_options.h"
 #include "engine/organ_options.h"
 #include "engine/snapshots.h"
 #include "haptics/device/instrument_options.h"
@@ -44,6 +46,7 @@ struct Scene {
   std::vector<AttachmentOptions> attachments;
   std::vector<InstrumentOptions> instruments;  ///< 0 to kMaxInstruments, names unique.
   std::vector<LoadOptions> loads;
+  std::optional<ExerciseOptions> exercise;
   LaparoscopeOptions laparoscope;
 };
 

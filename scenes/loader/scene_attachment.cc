@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kMaxThickness = 0.1;  // m
 constexpr double kReachOfThickness = 3;
+// J/m^3: to heat tissue of 1,000 kg/m^3 from 37 to 100 degrees C and to vaporise its 70 % of water.
+constexpr double kVaporisation = 1.9e9;
 
 const OrganOptions& OrganOf(const TableReader& table, std::string_view key,
                             const std::vector<OrganOptions>& organs, std::string* name) {
@@ -36,7 +38,7 @@ AttachmentOptions ReadAttachment(const TableReader& table,
   if (a.model == OrganModelType::kRigid && b.model == OrganModelType::kRigid) {
     table.Fail("b", "is rigid, as a is", "name at least one organ that deforms");
   }
-  if (Touches(a, b.name) || Touches(b, a.name)) {
+  if (!a.free && !b.free && (Touches(a, b.name) || Touches(b, a.name))) {
     table.Fail("b", "is in a [[contact]] with a",
                "remove one of the two: the layer carries pressure between them itself");
   }
@@ -60,6 +62,8 @@ AttachmentOptions ReadAttachment(const TableReader& table,
   }
   attachment.reach = kReachOfThickness * attachment.thickness;
   table.ReadNumber("reach", Interval::Positive(kMaxThickness, "m"), &attachment.reach);
+  attachment.burn_energy = kVaporisation * attachment.thickness;
+  table.ReadNumber("burn_energy", Interval::Positive(1e12, "J/m^2"), &attachment.burn_energy);
   return attachment;
 }
 
