@@ -83,7 +83,7 @@ class ExerciseTest(unittest.TestCase):
 
     def test_a_scripted_surgeon_does_all_steps_without_an_error(self):
         surgeon = self.surgeon()
-        surgeon.run(part=1.1e-4 / surgeon.session.attachments[0]["area"].sum())
+        surgeon.run()
         exercise = surgeon.session.exercise
         self.assertEqual(self.errors(surgeon), [])
         self.assertTrue(exercise["passed"])
@@ -99,15 +99,13 @@ class ExerciseTest(unittest.TestCase):
     def test_two_runs_and_the_record_have_the_same_score(self):
         outcomes = []
         with tempfile.TemporaryDirectory() as folder:
-            surgeon = self.surgeon()
-            surgeon.session.close()
             scene_file = os.path.join(folder, "scene.toml")
             self.scene.write(scene_file)
             for out in (os.path.join(folder, "a"), os.path.join(folder, "b")):
                 session = hpdm.Session(hpdm.Scene(scene_file), command="tip")
                 session.record(out)
                 surgeon = dissect_bed.Surgeon(session)
-                surgeon.run(part=0.8e-4 / session.attachments[0]["area"].sum())
+                surgeon.run()
                 session.end_record()
                 outcomes.append(session.exercise)
             self.assertEqual(outcomes[0]["step_times"], outcomes[1]["step_times"])
@@ -116,8 +114,7 @@ class ExerciseTest(unittest.TestCase):
                                   check=True, capture_output=True, text=True)
             report = json.loads(done.stdout)["exercise"]
         self.assertEqual(report["score"], outcomes[0]["score"])
-        self.assertEqual([step["done_s"] for step in report["steps"]][:2],
-                         outcomes[0]["step_times"][:2])
+        self.assertEqual([step["done_s"] for step in report["steps"]], outcomes[0]["step_times"])
 
     def test_a_hook_on_the_wall_is_a_burn_after_its_time(self):
         for seconds, errors in ((0.2, []), (0.45, ["burn of the gallbladder's wall"])):

@@ -1,10 +1,10 @@
 """A scripted surgeon frees the gallbladder from its bed (scenes/bed_dissection.toml), to the end.
 
-Usage: dissect_bed.py [--quick] [--out FOLDER]
+Usage: dissect_bed.py [--out FOLDER]
 
 It takes the fundus, lifts it off the liver, burns the layer sample by sample from the fundus to the neck,
 lays the gallbladder down and lets go. It sees what a program can see: the places of the layer's samples.
---quick: a hook of 400 W and a third of the bed. --out: records the session, for `hpdm report`.
+--out records the session, for `hpdm report`.
 """
 
 import argparse
@@ -43,9 +43,6 @@ class Surgeon:
                 self.session.command[name][:] = self.targets[name]
             self.session.step()
 
-    def over(self):
-        return self.session.exercise["ended"]
-
     def move(self, name, to, speed, jaw=None):
         """Moves a tip in a straight line and there."""
         target = self.targets[name]
@@ -77,27 +74,25 @@ class Surgeon:
         """Moves the grasper away from the liver."""
         self.move("grasper", self.targets["grasper"][:3] + length * self.away, GRASP_SPEED)
 
-    def burn(self, part):
-        """Burns the layer from the fundus to the neck until that share of its area is freed."""
-        session = self.session
-        total = session.attachments[0]["area"].sum()
-        while not self.over():
+    def burn(self):
+        """Burns the layer from the fundus to the neck until the exercise's step is done."""
+        session, step = self.session, self.session.exercise["step"]
+        while session.exercise["step"] == step and not session.exercise["ended"]:
             bed = session.attachments[0]
-            if bed["freed_area"] >= part * total:
-                break
             left = np.flatnonzero(bed["damage"] < 1)
-            along = bed["points"][left] @ np.array([0, 1, 0])
-            place = bed["points"][left[np.argmin(along)]]
-            self.move("hook", place, HOOK_SPEED)
+            place = bed["points"][left[np.argmin(bed["points"][left, 1])]]
+            if np.linalg.norm(place - self.targets["hook"][:3]) > 0.0012:
+                session.press("hook", False)
+                self.move("hook", place, HOOK_SPEED)
             session.press("hook", True)
             self.step()
-            session.press("hook", False)
+        session.press("hook", False)
 
-    def run(self, part=0.93):
+    def run(self):
         self.take_fundus()
         self.lift(0.012)
         self.step(20)
-        self.burn(part)
+        self.burn()
         self.move("hook", self.targets["hook"][:3] + [0.02, -0.03, 0.02], HOOK_SPEED)
         self.lift(-0.012)
         self.close("grasper", 1)
@@ -106,18 +101,19 @@ class Surgeon:
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
-    parser.add_argument("--quick", action="store_true")
-    parser.add_argument("--out")
+    parser.add_argument("--out", help="session folder to create")
     options = parser.parse_args()
-    scene = hpdm.Scene(hpdm.scene_path("bed_dissection.toml"))
-    session = hpdm.Session(scene, command="tip")
+    session = hpdm.Session(hpdm.scene_path("bed_dissection.toml"), command="tip")
     if options.out:
         session.record(options.out)
-    surgeon = Surgeon(session)
-    surgeon.run()
+    Surgeon(session).run()
     if options.out:
         session.end_record()
-    print(session.exercise)
+    exercise = session.exercise
+    print(f"score {exercise['score']:.1f} after {exercise['time']:.1f} s, "
+          f"{exercise['step']} of {exercise['steps']} steps")
+    for error in exercise["errors"]:
+        print(f"{error['time']:.1f} s: {error['name']}, {error['force']:.1f} N")
 
 
 if __name__ == "__main__":
