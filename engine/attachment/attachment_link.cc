@@ -25,6 +25,9 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
 }
 
 bool AttachmentLink::IsMovedApart(std::span<const Vector3d> offsets_W) const {
+  for (const DuctState& duct : state_.ducts()) {
+    if (!duct.AtRest() || !offsets_W[0].isZero(0)) return true;
+  }
   for (const Vector3d& offset_W : offsets_W) {
     if (offset_W != offsets_W[0]) return true;
   }
@@ -45,6 +48,15 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
     }
   }
   offset_.noalias() = joint().stiffness() * free_;
+  // The modes are relative to the first member's offset.
+  for (std::size_t d = 0; d < state_.ducts().size(); ++d) {
+    DuctState& duct = state_.ducts()[d];
+    for (std::size_t end = 0; end < 2; ++end) {
+      const int member = joint().ducts()[d].members[end];
+      if (member < 0) continue;
+      duct.SetOffset(end, offsets_W[duct.model().IsHeldByLattice(end) ? 0 : ToSize(member)]);
+    }
+  }
 }
 
 // Fills the columns of all sides of the members' bodies, which stay in all rounds of a step.
@@ -90,12 +102,12 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
 void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
   if (round_++ == 0) FillColumns(bodies, *solver);
   state_.Refactor();
-  // w = w_0 - G (R w + released): the released weight acts on the organs like a layer's force.
+  // w = w_0 - G (R w + constant).
   free_ = offset_;
-  state_.TakeReleasedWeight(free_);
+  state_.TakeConstantForces(free_);
   state_.Settle(free_);
   state_.ForcesOf(free_, q_);
-  state_.AddReleasedWeight(q_);
+  state_.AddConstantForces(q_);
   const auto count = static_cast<Eigen::Index>(column_count_);
   for (Eigen::Index e = 0; e < count; ++e) {
     solver->change()[equations_[ToSize(e)]] += along_.col(e).dot(q_);
@@ -124,7 +136,7 @@ bool AttachmentLink::Advance(const ContactSolver& solver) {
   w_ += free_;
   if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
   state_.ForcesOf(w_, q_);
-  state_.AddReleasedWeight(q_);
+  state_.AddConstantForces(q_);
   return state_.Update(w_) || round_ >= kMaxRounds;
 }
 

@@ -28,7 +28,7 @@ class AttachmentLink final : public BodyLink {
 
   /// Begins a step. `offsets_W`: of the members, m; `bodies`: their numbers in the problem.
   void Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies);
-  /// True if the members' offsets differ: then none of them can sleep.
+  /// True if the members' offsets differ or a duct is not at rest: then none of them can sleep.
   bool IsMovedApart(std::span<const Vector3d> offsets_W) const;
 
   void Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) override;

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <array>
+#include <memory>
+
+#include "engine/duct/duct_model.h"
+#include "engine/duct/duct_outcome.h"
+
+namespace hpdm {
+
+/// Returns what is drawn of a rod.
+DuctSnapshot SnapshotOf(const Rod& rod);
+
+/// One duct in the course of a session. Its rod follows the frames of its ends. To the organs that hold
+/// them it is a force on the rows w of the ends (DuctModel::Hold),
+///     q = constant + stiffness w,
+/// linear about the last w. Copies continue to the last bit. Deformation thread; allocates nothing after
+/// its construction.
+class DuctState {
+ public:
+  /// Largest number of unknowns: four rows of three for each end.
+  static constexpr int kMaxUnknowns = 24;
+  using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMaxUnknowns, 1>;
+  using Matrix =
+      Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMaxUnknowns, kMaxUnknowns>;
+
+  explicit DuctState(std::shared_ptr<const DuctModel> model);
+
+  const DuctModel& model() const { return *model_; }
+  const Rod& rod() const { return rod_; }
+  Eigen::Index unknowns() const { return unknowns_; }
+
+  /// Moves what holds an end by an offset in addition to w, m.
+  void SetOffset(std::size_t end, const Vector3d& offset_W) { offsets_W_[end] = offset_W; }
+  /// Takes the displacements w of the ends' rows (m) and linearises about them. True if the forces
+  /// are those of the last linearisation.
+  bool Follow(const Eigen::Ref<const Eigen::VectorXd>& w);
+  const Vector& constant() const { return constant_; }    ///< N.
+  const Matrix& stiffness() const { return stiffness_; }  ///< N/m.
+  /// Takes the negative eigenvalues off the stiffness; the forces at the last w stay.
+  void Stabilise();
+  /// True if the duct is at rest: without organs' displacements it moves nothing.
+  bool AtRest() const { return at_rest_; }
+
+  DuctOutcome Outcome() const;
+  void FillSnapshot(DuctSnapshot* snapshot) const { *snapshot = SnapshotOf(rod_); }
+
+ private:
+  bool FindFrames(const Eigen::Ref<const Eigen::VectorXd>& w);
+  void Linearise(const Eigen::Ref<const Eigen::VectorXd>& w);
+
+  std::shared_ptr<const DuctModel> model_;
+  Rod rod_;
+  Eigen::Index unknowns_ = 0;
+  std::array<Vector3d, 2> offsets_W_{Vector3d::Zero(), Vector3d::Zero()};
+  std::array<Rod::Frame, 2> frames_;
+  std::array<Matrix3d, 2> turns_{Matrix3d::Identity(), Matrix3d::Identity()};
+  Eigen::Matrix<double, 12, Eigen::Dynamic, 0, 12, kMaxUnknowns> map_;
+  Vector w_, constant_, forces_;
+  Matrix stiffness_;
+  Rod::EndVector gradient_ = Rod::EndVector::Zero();
+  bool at_rest_ = true;
+  bool changed_ = true;  // since the last Follow(), besides w and the offsets
+};
+
+}  // namespace hpdm
