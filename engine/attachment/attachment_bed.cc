@@ -125,8 +125,8 @@ std::vector<std::vector<std::size_t>> Grouped(const std::vector<Facing>& facing,
 }  // namespace
 
 AttachmentBed::AttachmentBed(const AttachmentOptions& attachment, const OrganModel& a,
-                             const OrganModel& b, int index)
-    : options(attachment), index(index), law(attachment) {
+                             const OrganModel& b, int number)
+    : options(attachment), index(number), law(attachment) {
   const SurfaceTree tree_b(b.rest().vertices, b.rest().triangles);
   const double cell = CellArea(a, b);
   std::vector<Facing> facing;

@@ -4,6 +4,7 @@
 #include <span>
 #include <utility>
 
+#include "engine/step/tool_geometry.h"
 #include "haptics/contact/haptic_contact.h"
 #include "haptics/contact/reaction_force.h"
 
