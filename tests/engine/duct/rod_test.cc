@@ -156,7 +156,7 @@ TEST(Elastica, TheReferenceHasThePublishedTip) {
 TEST(Elastica, LargeDeflectionsAreItsOwn) {
   for (const int segments : {20, 40, 80}) {
     for (const double a : {0.5, 1.0, 2.0, 5.0, 10.0}) {
-      const Tube tube{.radius = 0.0006, .wall = 0.0002, .segments = segments,
+      const Tube tube{.name = "thin", .radius = 0.0006, .wall = 0.0002, .segments = segments,
                       .turn = Vector3d(-0.4, 0.9, 2.0)};
       const double force = a * tube.section().bending / (tube.length * tube.length);
       Rod rod = tube.Cantilever(Vector3d(0, 0, force));
