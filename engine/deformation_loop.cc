@@ -39,6 +39,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
       stopwatch_(std::move(stopwatch)),
       organ_contacts_(organs),
       joint_relaxation_(organ_contacts_.pairs()),
+      layer_actions_(tools),
       shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   organs_.reserve(organs.size());
@@ -137,6 +138,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   const ToolState& tools = SanitisedTools(given);
   ChooseQuality();
   Collide(tools);
+  sample_.layer_work = layer_actions_.Apply(tools, dt, organs_, joint_relaxation_.links());
   Deform(dt);
   BuildContactPatch(tools);
   record_.compute_ns = stopwatch_ ? stopwatch_() - started : 0;

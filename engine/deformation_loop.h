@@ -11,6 +11,7 @@
 #include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
 #include "engine/step/joint_relaxation.h"
+#include "engine/step/layer_actions.h"
 #include "engine/step/load_shedding.h"
 #include "engine/step/organ_contacts.h"
 #include "engine/step/organ_step.h"
@@ -102,6 +103,7 @@ class DeformationLoop {
   std::vector<ToolTracker> trackers_;  // one per tool
   OrganContacts organ_contacts_;
   JointRelaxation joint_relaxation_;
+  LayerActions layer_actions_;
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;

@@ -43,6 +43,7 @@ struct DeviceSample {
   Nanoseconds time_ns = 0;     ///< When the reading was taken.
   JointVector joints = JointVector::Zero();
   bool valid = false;  ///< False without a usable answer; `joints` then is the last pose.
+  bool pedal = false;  ///< The device's button, if it has one, is pressed.
 };
 
 /// Pose of one instrument in the world.
@@ -56,6 +57,9 @@ struct ToolPose {
   /// identity while they are open.
   Isometry3d X_TC = Isometry3d::Identity();
   int instrument_index = 0;  ///< Instrument in the hand: 0 the first, then its exchanges in order.
+  /// The pedal is pressed, at the device or by SessionControl, and the device's last reading is not
+  /// older than kHeldAfter (device.h). It energises a hook.
+  bool pedal = false;
 };
 
 /// The trainee's requests to the running session: window -> haptic loop, latest value.
@@ -63,6 +67,7 @@ struct SessionControl {
   bool paused = false;  ///< Tools stand still without force; the session's time continues.
   std::array<int, kMaxInstruments> instrument_index{};  ///< As in ToolPose; taken once the tip is
                                                         ///< free.
+  std::array<bool, kMaxInstruments> pedal{};  ///< Pressed, in addition to the device's button.
 };
 
 /// The material point that a tip or shaft presses at one of its places in a haptic tick. The step
@@ -179,6 +184,12 @@ struct OrganRelaxation {
   double refinement_weight = 0;    ///< From StepQuality; a replay applies it.
 };
 
+/// Effect of one instrument on the layers between organs in one step.
+struct LayerWork {
+  double burning = 0;   ///< J spent on layers by an energised hook.
+  double cut_area = 0;  ///< m^2, by scissors.
+};
+
 /// Deformation loop -> telemetry loop, every step through a queue: everything of a step that a
 /// replay applies or compares.
 struct StepSample {
@@ -196,6 +207,7 @@ struct StepSample {
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
   std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
+  std::array<LayerWork, kMaxInstruments> layer_work;
 };
 
 /// Skipped ticks by cause, as counted by RunOnSchedule (loop_schedule.h).
@@ -241,6 +253,7 @@ struct ToolSample {
   Nanoseconds device_time_ns = 0;  ///< Time of this device's sample.
   bool device_valid = false;
   bool force_on = false;     ///< Device::ForceOn().
+  bool pedal = false;        ///< As in ToolPose.
   int instrument_index = 0;  ///< As in ToolPose.
 };
 
@@ -259,6 +272,21 @@ struct HapticSample {
   bool paused = false;             ///< SessionControl::paused: the devices were not read.
   int tool_count = 0;
   std::array<ToolSample, kMaxInstruments> tools;
+};
+
+/// State of the scene's exercise (engine/exercise/exercise_evaluator.h) for the display.
+struct ExerciseStatus {
+  bool present = false;  ///< The scene has an exercise.
+  int step = 0;          ///< Index of the present step; the number of steps once all are done.
+  double progress = 0;   ///< Of the present step, 0..1.
+  double time = 0;       ///< s since the exercise began.
+  double time_left = 0;  ///< s.
+  int errors = 0;        ///< So far.
+  int last_error = -1;   ///< Index in ExerciseOptions::errors; -1: none.
+  double last_error_time = 0;  ///< s since the exercise began.
+  double score = 0;            ///< 0..100, as if the exercise ended now.
+  bool ended = false;
+  bool passed = false;  ///< All steps are done.
 };
 
 /// Session figures for the display: telemetry loop -> render loop, latest value, a few times per
@@ -282,6 +310,7 @@ struct SessionHealth {
   std::uint64_t log_lost = 0;        ///< Ticks that the log missed.
   int tool_count = 0;
   std::array<Tool, kMaxInstruments> tools;
+  ExerciseStatus exercise;
 };
 
 /// Render loop -> telemetry loop, every frame through a queue; real clock only.

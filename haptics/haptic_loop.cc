@@ -135,6 +135,7 @@ void HapticLoop::ApplyControl() {
   paused_ = asked.paused;
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     Tool& tool = tools_[i];
+    tool.pedal_asked = asked.pedal[i];
     const int instrument_index = asked.instrument_index[i];
     const bool has = instrument_index >= 0 &&
                      static_cast<std::size_t>(instrument_index) < tool.instrument.geometries.size();
@@ -183,6 +184,8 @@ void HapticLoop::MoveTools(Nanoseconds now) {
     if (!closed || tool.pose.jaw >= kJawGrasps) tool.X_WC = X_WT;
     tool.pose.X_TC = closed ? X_WT.inverse() * tool.X_WC : Isometry3d::Identity();
     tool.pose.jaw = joints[kJaw];
+    tool.pose.pedal = !paused_ && tool.sample.valid && now - tool.sample.time_ns <= kHeldAfter &&
+                      (tool.pedal_asked || tool.sample.pedal);
     tool.J = kinematics.Jacobian(joints);
   }
 }
@@ -318,6 +321,7 @@ void HapticLoop::FillSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
                         .device_time_ns = tool.sample.time_ns,
                         .device_valid = tool.sample.valid,
                         .force_on = tool.force_on,
+                        .pedal = tool.pose.pedal,
                         .instrument_index = tool.pose.instrument_index};
   }
   sample_.compute_ns = SinceWakeUp(scheduled, timing);

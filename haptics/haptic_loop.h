@@ -44,6 +44,9 @@ struct HapticInstrument {
 /// ignored. The tick switches to the new tip's radius and friction, ignores patches for the old
 /// one, and ramps the force in.
 ///
+/// Pedal: pressed while the device's button or SessionControl's is. Off without a valid reading of the
+/// last kHeldAfter, and in a pause.
+///
 /// Pause: the devices are not read, the last pose is held without velocity, and the force fades
 /// out; afterwards it ramps in.
 ///
@@ -127,6 +130,7 @@ class HapticLoop {
     ForceGuard guard;
     DeviceSample sample;       // newest valid joints, valid as of this tick
     bool has_pose = false;     // false before the first valid sample
+    bool pedal_asked = false;  // SessionControl::pedal
     Nanoseconds moved_ns = 0;  // device time of `pose`
     ToolPose pose;
     Isometry3d X_WC = Isometry3d::Identity();  // pose in which the jaws closed, or the present one

@@ -37,6 +37,7 @@ bool AttachmentLink::IsMovedApart(std::span<const Vector3d> offsets_W) const {
 void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies) {
   HPDM_CHECK(bodies.size() == joint().members().size());
   round_ = 0;
+  acted_ = false;
   free_.setZero();
   for (std::size_t m = 0; m < bodies.size(); ++m) {
     bodies_[m] = bodies[m];

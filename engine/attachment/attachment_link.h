@@ -31,14 +31,30 @@ class AttachmentLink final : public BodyLink {
   /// True if the members' offsets differ or a duct is not at rest: then none of them can sleep.
   bool IsMovedApart(std::span<const Vector3d> offsets_W) const;
 
+  /// Removes a share of a sample's area, as AttachmentState does. The next step's problem is solved
+  /// even if the organs sleep.
+  double Burn(std::size_t layer, int sample, double share) {
+    return Acted(state_.Burn(layer, sample, share));
+  }
+  double Cut(std::size_t layer, int sample, double share) {
+    return Acted(state_.Cut(layer, sample, share));
+  }
+  /// True if an instrument has acted on a layer since the last step.
+  bool acted() const { return acted_; }
+
   void Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) override;
   bool Advance(const ContactSolver& solver) override;
   void End(std::span<BodyInStep> bodies) override;
 
  private:
+  double Acted(double share) {
+    acted_ = acted_ || share > 0;
+    return share;
+  }
   void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
 
   AttachmentState state_;
+  bool acted_ = false;
   std::vector<AttachmentOutcome> outcomes_;
   std::array<int, kMaxOrgans> bodies_{};  // of each member
   int round_ = 0;                         // of the present step

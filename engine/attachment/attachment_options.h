@@ -10,13 +10,14 @@ namespace hpdm {
 /// A layer of connective tissue between the facing surfaces of two organs, which tears for good
 /// (cohesive_law.h).
 struct AttachmentOptions {
-  std::string a, b;      ///< Names of the organs.
-  Region region;         ///< The layer covers the part of a's surface in it that b faces.
-  double young = 0;      ///< Pa.
-  double thickness = 0;  ///< m.
-  double strength = 0;   ///< Pa: the largest traction.
-  double toughness = 0;  ///< J/m^2: the energy that frees a unit of area.
-  double reach = 0;      ///< m: the largest distance of facing points.
+  std::string a, b;            ///< Names of the organs.
+  Region region;               ///< The layer covers the part of a's surface in it that b faces.
+  double young = 0;            ///< Pa.
+  double thickness = 0;        ///< m.
+  double strength = 0;         ///< Pa: the largest traction.
+  double toughness = 0;        ///< J/m^2: the energy that frees a unit of area.
+  double reach = 0;            ///< m: the largest distance of facing points.
+  double burn_energy = 1.9e6;  ///< J/m^2: the heat that burns a unit of area away.
 };
 
 /// Returns the toughness below which the traction would drop at once, J/m^2.

@@ -25,6 +25,8 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
     count += static_cast<std::size_t>(layer.bed.size());
   }
   damage_.assign(count, 0);
+  torn_ = burnt_ = cut_ = damage_;
+  spared_.assign(joint_->layers().size(), 0);
   closed_.assign(count, 0);
   for (const AttachmentJoint::Duct& duct : joint_->ducts()) {
     duct_unknowns_ += ducts_.emplace_back(duct.model).unknowns();
@@ -61,9 +63,30 @@ void AttachmentState::BearWeight() {
 }
 
 std::span<const double> AttachmentState::DamageOf(std::size_t layer) const {
+  return damage().subspan(Number(layer, 0), ToSize(joint_->layers()[layer].bed.size()));
+}
+
+std::size_t AttachmentState::Number(std::size_t layer, int sample) const {
   std::size_t first = 0;
   for (std::size_t l = 0; l < layer; ++l) first += ToSize(joint_->layers()[l].bed.size());
-  return damage().subspan(first, ToSize(joint_->layers()[layer].bed.size()));
+  return first + ToSize(sample);
+}
+
+double AttachmentState::Left(std::size_t layer, int sample) const {
+  const std::size_t at = Number(layer, sample);
+  return damage_[at] >= 1 ? 0 : 1 - burnt_[at] - cut_[at];
+}
+
+double AttachmentState::Remove(std::size_t layer, int sample, double share,
+                               std::vector<double>* by) {
+  const std::size_t at = Number(layer, sample);
+  const double left = Left(layer, sample);
+  if (!(share > 0) || left == 0) return 0;
+  share = std::min(share, left);
+  (*by)[at] += share;
+  damage_[at] = share == left ? 1 : DamageWith(torn_[at], burnt_[at] + cut_[at]);
+  changed_ = true;
+  return share;
 }
 
 void AttachmentState::Refactor() {
@@ -188,14 +211,21 @@ Vector3d AttachmentState::DisplacementOf(const AttachmentJoint::Layer& layer, in
 bool AttachmentState::Update(const Eigen::VectorXd& w) {
   bool settled = true;
   std::size_t at = 0;
-  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
+    const AttachmentJoint::Layer& layer = joint_->layers()[l];
     const CohesiveLaw& law = layer.bed.law;
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
       const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);
       const Vector3d normal = layer.bed.normals_W.row(i);
-      const double damage = law.Damage(law.Effective(delta, normal));
-      if (damage > damage_[at]) {
+      const double torn = law.Damage(law.Effective(delta, normal));
+      if (torn > torn_[at] && damage_[at] < 1) {
+        const double removed = burnt_[at] + cut_[at], damage = DamageWith(torn, removed);
+        if (removed > 0) {
+          spared_[l] +=
+              layer.bed.areas[i] * removed * (law.Dissipated(torn) - law.Dissipated(torn_[at]));
+        }
         settled = settled && damage - damage_[at] <= kSettled;
+        torn_[at] = torn;
         damage_[at] = damage;
         changed_ = true;
       }
@@ -229,9 +259,13 @@ void AttachmentState::Report(const Eigen::VectorXd& w,
       outcome.load_W -= area * (1 - d) * k * delta;
       if (closed_[at] != 0) outcome.load_W -= area * d * k * n.dot(delta) * n;
       outcome.largest_damage = std::max(outcome.largest_damage, d);
-      if (d >= 1) outcome.freed_area += area;
-      outcome.dissipated += area * layer.bed.law.Dissipated(d);
+      outcome.dissipated += area * layer.bed.law.Dissipated(torn_[at]);
+      if (d < 1) continue;
+      outcome.freed_area += area;
+      outcome.burnt_area += area * burnt_[at];
+      outcome.cut_area += area * cut_[at];
     }
+    outcome.dissipated -= spared_[l];
   }
 }
 

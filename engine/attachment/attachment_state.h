@@ -13,6 +13,11 @@ namespace hpdm {
 /// The damage of the layers of one joint and the shapes of its ducts, and the response of its organs
 /// that follows from them.
 ///
+/// A sample's damage has two parts. Pulling damages it by the cohesive law, to the torn share t.
+/// Instruments remove a share r of its area, by burning or cutting; the rest follows the law:
+///     d = t + r (1 - t).
+/// Of a freed sample the share r counts as burnt or cut, and 1 - r as torn.
+///
 /// Under gravity the shape at rest is that under the organs' weight W. Supports and layers bear it as
 /// they would if it came upon them unstressed: a layer's samples then have the displacements
 /// delta_g = M (1 + G R)^-1 Phi H W, and the tractions k delta_g at the start. So their law is that of
@@ -64,6 +69,15 @@ class AttachmentState {
   /// damage and the ducts' forces hardly changed, and no damaged sample opened or closed. R follows
   /// at the next Refactor().
   bool Update(const Eigen::VectorXd& w);
+  /// Removes a share of a sample's area, at most what is left of it. Returns the share removed.
+  double Burn(std::size_t layer, int sample, double share) {
+    return Remove(layer, sample, share, &burnt_);
+  }
+  double Cut(std::size_t layer, int sample, double share) {
+    return Remove(layer, sample, share, &cut_);
+  }
+  /// Returns the share of a sample's area that still holds; 0 if it has torn.
+  double Left(std::size_t layer, int sample) const;
   /// The layers' state; their loads at the modes' displacements w with the present R.
   void Report(const Eigen::VectorXd& w, std::span<AttachmentOutcome> outcomes) const;
 
@@ -71,6 +85,11 @@ class AttachmentState {
   Vector3d DisplacementOf(const AttachmentJoint::Layer& layer, int sample,
                           const Eigen::VectorXd& w) const;
 
+  double Remove(std::size_t layer, int sample, double share, std::vector<double>* by);
+  std::size_t Number(std::size_t layer, int sample) const;
+  double DamageWith(double torn, double removed) const {
+    return removed >= 1 ? 1 : torn + removed * (1 - torn);
+  }
   void BearWeight();
   void AddLayers();
   void AddDucts();
@@ -82,7 +101,10 @@ class AttachmentState {
 
   std::shared_ptr<const AttachmentJoint> joint_;
   std::vector<double> damage_;
-  std::vector<char> closed_;  // of each sample: carries pressure
+  std::vector<double> torn_;         // share of the damage by the law
+  std::vector<double> burnt_, cut_;  // shares of the area that instruments removed
+  std::vector<double> spared_;  // of each layer, J: what tearing did not dissipate in removed area
+  std::vector<char> closed_;    // of each sample: carries pressure
   Points borne_;              // of each sample, m: its displacement by the weight; empty: no weight
   std::vector<DuctState> ducts_;
   Eigen::Index duct_unknowns_ = 0;  // those of the ducts' modes, the last ones

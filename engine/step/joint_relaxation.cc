@@ -35,7 +35,7 @@ void JointRelaxation::Relax(double dt, std::span<OrganContact> pairs,
     awake = awake || std::any_of(pairs.begin(), pairs.end(), overlaps);
     for (const AttachmentLink& link : links_) {
       if (GroupOf(ToSize(link.joint().members()[0].organ)) != static_cast<int>(first)) continue;
-      awake = awake || link.IsMovedApart(OffsetsOf(link, *organs));
+      awake = awake || link.acted() || link.IsMovedApart(OffsetsOf(link, *organs));
     }
     if (awake) RelaxGroup(dt, pairs, organs, record);
   }

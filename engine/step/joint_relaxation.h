@@ -28,6 +28,7 @@ class JointRelaxation {
   const Hold& HoldOn(std::size_t organ) const { return hold_on_[organ]; }
 
   std::span<const AttachmentLink> links() const { return links_; }
+  std::span<AttachmentLink> links() { return links_; }
 
   /// Relaxes the organs that are awake and their groups, `dt` (s) after the last step. Their tools'
   /// and pairs' rows are complete. `pairs`: OrganContact::body holds the organs' indices; their

@@ -12,6 +12,14 @@ inline constexpr double kMaxEndOn = 0.7;
 /// Least distance between two contacts of a shaft with one organ, m.
 inline constexpr double kShaftApart = 0.02;
 
+/// Effect of an instrument on tissue besides its force.
+enum class ToolAction {
+  kNone,
+  kBurn,  ///< A hook, while its pedal is pressed.
+  kCut,   ///< Scissors, when they close.
+  kClip   ///< A clip applier, when it closes.
+};
+
 /// Geometry of an instrument that a hand can hold (ToolPose::instrument_index), for both loops.
 struct ToolGeometry {
   double tip_radius = kDefaultToolRadius;    ///< m.
@@ -20,6 +28,10 @@ struct ToolGeometry {
   bool can_grasp = false;     ///< Deformation loop only (sent with each patch), like the jaws'.
   double closing_force = 5;   ///< N, with which closed jaws press on tissue between them.
   double jaw_friction = 0.5;  ///< Coulomb coefficient of the jaws' faces.
+  ToolAction action = ToolAction::kNone;  ///< Deformation loop only, like the rest.
+  double power = 40;                      ///< W, of an energised hook, into tissue.
+  double opening = 0.38;                  ///< rad, of each blade of scissors when open.
+  int clips = 0;                          ///< In the magazine of a clip applier at the start.
 
   /// Returns the length of the jaws from the tip to the shaft, m.
   double JawsLength() const { return 4 * tip_radius; }

@@ -193,6 +193,26 @@ void EventReporter::AddShedding(int level) {
   shed_level_ = level;
 }
 
+void EventReporter::Add(const ExerciseEvaluator& exercise) {
+  const ExerciseResult& result = exercise.result();
+  for (; exercise_errors_ < result.errors.size(); ++exercise_errors_) {
+    const ExerciseError& error = result.errors[exercise_errors_];
+    sink_(EventSeverity::kWarning, "exercise.error",
+          exercise.options().errors[static_cast<std::size_t>(error.rule)].name);
+  }
+  for (; exercise_steps_ < result.step_times.size(); ++exercise_steps_) {
+    sink_(EventSeverity::kInfo, "exercise.step",
+          "done: " + exercise.options().steps[exercise_steps_].name);
+  }
+  if (!result.ended || exercise_ended_) return;
+  exercise_ended_ = true;
+  char text[160];
+  std::snprintf(text, sizeof text, "%s after %.1f s with %zu errors: score %.1f of 100",
+                result.passed ? "all steps done" : "time over", result.time, result.errors.size(),
+                result.score);
+  sink_(EventSeverity::kInfo, "exercise.end", text);
+}
+
 void EventReporter::Add(const LoopEvent& event) {
   sink_(event.severity, event.name.data(), event.text.data());
   if (event.severity > EventSeverity::kInfo && tell_) tell_(event.text.data());

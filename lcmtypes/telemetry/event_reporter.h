@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/exercise/exercise_evaluator.h"
 #include "engine/snapshots.h"
 #include "engine/threads/histogram.h"
 #include "engine/threads/loop_event.h"
@@ -44,6 +45,8 @@ class EventReporter {
   /// Reports organs that invert or recover, attachments that are damaged, tear and are torn through,
   /// layers beyond their strength, and steps that change their quality.
   void Add(const StepSample& sample);
+  /// Reports an exercise's steps, errors and end. `exercise`: after the newest step.
+  void Add(const ExerciseEvaluator& exercise);
   /// Publishes a loop's own event. Prints warnings and errors for the user.
   void Add(const LoopEvent& event);
 
@@ -89,6 +92,8 @@ class EventReporter {
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   std::array<AttachmentOutcome, kMaxAttachments> outcomes_;   // of the last step
   std::array<bool, kMaxLayers> layer_overloaded_{};
+  std::size_t exercise_steps_ = 0, exercise_errors_ = 0;  // reported so far
+  bool exercise_ended_ = false;
   int shed_level_ = 0;           // of the last step
   std::uint64_t overflows_ = 0;  // reported so far
   bool log_failure_reported_ = false;

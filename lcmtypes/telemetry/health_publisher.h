@@ -18,6 +18,7 @@ class HealthPublisher {
 
   void Add(const HapticSample& sample);
   void Add(const StepRecord& step);
+  void Add(const ExerciseStatus& exercise) { health_.exercise = exercise; }
   /// Takes the rates of the last interval.
   void Add(const stats_t& interval);
 

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "engine/exercise/exercise_options.h"
 #include "lcmtypes/wire/mesh_codec.h"
 
 namespace hpdm {
@@ -29,6 +31,7 @@ struct SessionInfo {
   std::vector<OrganDescription> organs;
   std::vector<AttachmentDescription> attachments;
   std::vector<LayerDescription> layers;  ///< Of the organs in turn.
+  std::optional<ExerciseOptions> exercise;
 };
 
 /// Name of a session's first event. Its text lists the instruments.

@@ -49,6 +49,7 @@ TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSam
                                                ? options.output_interval * options.haptic_period
                                                : 0)),
       published_shapes_(kMaxOrgans, SentShape(0)) {
+  if (info.exercise) exercise_.emplace(*info.exercise);
   events_.ReportStart(options.baseline);
   if (options.output_interval > 1) {
     AddEvent(EventSeverity::kInfo, std::string(kLogThinned), ThinnedText(options.output_interval));
@@ -126,6 +127,7 @@ TelemetrySummary TelemetryLoop::Summary() const {
           .live = options_.live,
           .live_messages = live_.messages(),
           .live_errors = live_.errors(),
+          .exercise = exercise_ ? std::optional(exercise_->result()) : std::nullopt,
           .timeline_failure = log_.TimelineFailure()};
 }
 
@@ -149,6 +151,12 @@ void TelemetryLoop::Handle(const StepSample& sample) {
   AdvanceTo(sample.step.time_ns, kSamplePatience);
   statistics_.Add(sample.step);
   events_.Add(sample);
+  if (exercise_) {
+    exercise_->Add(sample);
+    events_.Add(*exercise_);
+    health_.Add(exercise_->Status());
+    exercise_ended_.store(exercise_->result().ended, std::memory_order_release);
+  }
   contact_t contact;
   ToMessage(sample, kNeverVisible, &contact);
   matcher_.AddStep(std::move(contact));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/exercise/exercise_evaluator.h"
 #include "engine/snapshots.h"
 #include "engine/threads/histogram.h"
 #include "engine/threads/loop_event.h"
@@ -54,12 +56,13 @@ struct TelemetryOptions {
 struct TelemetrySummary {
   SessionSummary session;
   LogState log;
-  std::uint64_t queue_overflows = 0;  ///< Ticks that found the sample queue full.
-  std::uint64_t step_overflows = 0;   ///< Steps that found the step queue full.
-  bool live = false;                  ///< Publishing was requested.
-  std::uint64_t live_messages = 0;    ///< Published.
-  std::uint64_t live_errors = 0;      ///< Refused by the network.
-  std::string timeline_failure;       ///< Why rows are missing in timeline.csv; empty if none are.
+  std::uint64_t queue_overflows = 0;       ///< Ticks that found the sample queue full.
+  std::uint64_t step_overflows = 0;        ///< Steps that found the step queue full.
+  bool live = false;                       ///< Publishing was requested.
+  std::uint64_t live_messages = 0;         ///< Published.
+  std::uint64_t live_errors = 0;           ///< Refused by the network.
+  std::optional<ExerciseResult> exercise;  ///< Of a scene with one.
+  std::string timeline_failure;  ///< Why rows are missing in timeline.csv; empty if none are.
 };
 
 /// Reads the haptic loop's samples, the deformation loop's steps and its snapshots (displacements,
@@ -106,6 +109,9 @@ class TelemetryLoop {
   void AddEvent(EventSeverity severity, const std::string& name, const std::string& text) noexcept;
 
   TelemetrySummary Summary() const;
+
+  /// True once the scene's exercise has ended. Any thread.
+  bool ExerciseEnded() const { return exercise_ended_.load(std::memory_order_acquire); }
 
  private:
   /// Messages of a channel whose outputs the log may leave out.
@@ -154,6 +160,8 @@ class TelemetryLoop {
   StepMatcher matcher_;
   SessionStatistics statistics_;
   HealthPublisher health_;
+  std::optional<ExerciseEvaluator> exercise_;
+  std::atomic<bool> exercise_ended_ = false;
 
   bool finished_ = false;
   Nanoseconds now_ = 0;              // newest session time seen

@@ -160,6 +160,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
     ToMessage(sample.tools[i].X_WT, tool);
     ToMessage(logged::kPose, sample.tools[i], tool);
     ToMessage(logged::kContact, sample.contacts[i], tool);
+    ToMessage(logged::kLayerWork, sample.layer_work[i], tool);
     for (std::size_t b = 0; b < sample.beside[i].size(); ++b) {
       ToMessage(logged::kBeside, sample.beside[i][b], &tool->beside[b]);
     }
@@ -190,7 +191,8 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     const tool_contact_t& tool = message.tools[i];
     valid = valid && FromMessage(tool, &sample->tools[i].X_WT) &&
             FromMessage(logged::kPose, tool, &sample->tools[i]) &&
-            FromMessage(logged::kContact, tool, &sample->contacts[i]);
+            FromMessage(logged::kContact, tool, &sample->contacts[i]) &&
+            FromMessage(logged::kLayerWork, tool, &sample->layer_work[i]);
     for (std::size_t b = 0; b < sample->beside[i].size(); ++b) {
       sample->beside[i][b] = {};
       sample->beside[i][b].kind =
@@ -269,6 +271,7 @@ void ToMessage(const DeviceSample& sample, int instrument, device_t* message) {
   message->instrument = instrument;
   Copy(sample.joints, message->joints);
   message->valid = sample.valid;
+  message->pedal = sample.pedal;
 }
 
 bool FromMessage(const device_t& message, DeviceSample* sample, int* instrument) {
@@ -278,6 +281,7 @@ bool FromMessage(const device_t& message, DeviceSample* sample, int* instrument)
   sample->time_ns = message.time_ns;
   sample->joints = Eigen::Map<const JointVector>(message.joints);
   sample->valid = message.valid != 0;
+  sample->pedal = message.pedal != 0;
   return true;
 }
 

@@ -72,7 +72,8 @@ inline constexpr std::tuple kToolInput{
     Field({"v_tip_W"}, &tool_input_t::v_tip, &ToolSample::v_tip_W),
     Field({"device_time_ns"}, &tool_input_t::device_time_ns, &ToolSample::device_time_ns),
     Field({"device_valid"}, &tool_input_t::device_valid, &ToolSample::device_valid),
-    Field({"force_on"}, &tool_input_t::force_on, &ToolSample::force_on)};
+    Field({"force_on"}, &tool_input_t::force_on, &ToolSample::force_on),
+    Field({"pedal"}, &tool_input_t::pedal, &ToolSample::pedal)};
 
 // A haptic tick's output.
 inline constexpr std::tuple kTickOutput{
@@ -122,6 +123,9 @@ inline constexpr std::tuple kAttachment{
           &attachment_outcome_t::largest_damage, &AttachmentOutcome::largest_damage),
     Field({"attachments.freed_area"}, &attachment_outcome_t::freed_area,
           &AttachmentOutcome::freed_area),
+    Field({"attachments.burnt_area"}, &attachment_outcome_t::burnt_area,
+          &AttachmentOutcome::burnt_area),
+    Field({"attachments.cut_area"}, &attachment_outcome_t::cut_area, &AttachmentOutcome::cut_area),
     Field({"attachments.dissipated"}, &attachment_outcome_t::dissipated,
           &AttachmentOutcome::dissipated)};
 // The tool's pose without X_WT, which is two fields of the message.
@@ -130,7 +134,11 @@ inline constexpr std::tuple kPose{
     Field({"v_tip_W"}, &tool_contact_t::v_tip, &ToolPose::v_tip_W),
     Field({"jaw"}, &tool_contact_t::jaw, &ToolPose::jaw),
     Field({.name = "instrument_index", .range = kInstrumentIndex},
-          &tool_contact_t::instrument_index, &ToolPose::instrument_index)};
+          &tool_contact_t::instrument_index, &ToolPose::instrument_index),
+    Field({"pedal"}, &tool_contact_t::pedal, &ToolPose::pedal)};
+inline constexpr std::tuple kLayerWork{
+    Field({"burning"}, &tool_contact_t::burning, &LayerWork::burning),
+    Field({"cut_area"}, &tool_contact_t::cut_area, &LayerWork::cut_area)};
 inline constexpr std::tuple kContact{
     Field({"organ"}, &tool_contact_t::organ, &SolvedContact::organ),
     Field({.name = "kind", .range = kKind}, &tool_contact_t::kind, &SolvedContact::kind),
@@ -200,6 +208,7 @@ void VisitStep(Visit&& visit, Sample& first, Samples&... others) {
     visit(t, FieldInfo{"X_WT"}, first.tools[t].X_WT, others.tools[t].X_WT...);
     VisitValues(logged::kPose, t, visit, first.tools[t], others.tools[t]...);
     VisitValues(logged::kContact, t, visit, first.contacts[t], others.contacts[t]...);
+    VisitValues(logged::kLayerWork, t, visit, first.layer_work[t], others.layer_work[t]...);
     for (std::size_t b = 0; b < first.beside[t].size(); ++b) {
       VisitValues(logged::kBeside, t, visit, first.beside[t][b], others.beside[t][b]...);
     }

@@ -180,6 +180,54 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
   return lines;
 }
 
+// s for which an error stays on the screen.
+constexpr double kErrorShown = 4;
+
+// Adds a text in lines of up to about 44 bytes.
+void AddWrapped(const std::string& text, Tone tone, std::vector<StatusLine>* lines) {
+  constexpr std::size_t kMaxLine = 44;
+  for (std::size_t begin = 0; begin < text.size();) {
+    std::size_t end = text.size();
+    if (end - begin > kMaxLine) {
+      const std::size_t space = text.rfind(' ', begin + kMaxLine);
+      end = space == std::string::npos || space <= begin ? text.find(' ', begin + kMaxLine) : space;
+      end = std::min(end, text.size());
+    }
+    lines->push_back({text.substr(begin, end - begin), tone});
+    begin = end + 1;
+  }
+}
+
+// Returns the present step, how far it is, and the last error for a while.
+std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
+                                      const ExerciseOptions& exercise) {
+  std::vector<StatusLine> lines;
+  const auto step = static_cast<std::size_t>(status.step);
+  if (status.last_error >= 0 && status.time - status.last_error_time < kErrorShown) {
+    AddWrapped(exercise.errors[static_cast<std::size_t>(status.last_error)].name, Tone::kAlarm,
+               &lines);
+  }
+  if (step < exercise.steps.size()) {
+    AddWrapped(Text("%zu/%zu ", step + 1, exercise.steps.size()) + exercise.steps[step].instruction,
+               Tone::kGood, &lines);
+    if (status.progress > 0) lines.push_back({Text("%.0f %%", 100 * status.progress)});
+  }
+  lines.push_back({Text("%.0f s left, %d %s, score %.0f", status.time_left, status.errors,
+                        status.errors == 1 ? "error" : "errors", status.score),
+                   Tone::kDim});
+  return lines;
+}
+
+std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const ExerciseOptions& exercise) {
+  return {{status.passed ? "EXERCISE DONE" : "TIME IS OVER",
+           status.passed ? Tone::kGood : Tone::kWarning},
+          {exercise.name},
+          {Text("%d of %zu steps, %d %s", status.step, exercise.steps.size(), status.errors,
+                status.errors == 1 ? "error" : "errors")},
+          {Text("%.1f s", status.time)},
+          {Text("score %.0f of 100", status.score), Tone::kGood}};
+}
+
 std::vector<StatusLine> Keys() {
   const auto key = [](const char* keys, const char* what) {
     return StatusLine{what, Tone::kPlain, {}, keys};
@@ -192,6 +240,7 @@ std::vector<StatusLine> Keys() {
       key("right button, q e", "roll"),
       key("Tab, 1 2", "the other instrument"),
       key("x", "exchange it"),
+      key("d", "pedal: the hook burns while held"),
       {"Second hand, or a gamepad", Tone::kGood},
       key("t g f h", "move the tip"),
       key("y b, c n, v", "push in and out, roll, close the jaws"),
@@ -203,6 +252,7 @@ std::vector<StatusLine> Keys() {
       key(", .", "turn the optics"),
       {"Session", Tone::kGood},
       key("p", "pause"),
+      key("i", "guidance of an exercise"),
       key("s, r", "screenshot, record"),
       key("o", "overlays"),
       key("F1", "show the keys"),
@@ -227,11 +277,16 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
     AddNotices(status, names, &text.state);
     text.alarms = AlarmLines(status, names);
   }
+  const ExerciseStatus& exercise = status.health.exercise;
+  const bool guides = status.view.guidance && names.exercise && exercise.present;
+  if (guides && !exercise.ended) text.guidance = GuidanceLines(exercise, *names.exercise);
   // The banner answers the user, so it appears even without the rest of the text.
   if (status.view.help) {
     text.banner = Keys();
   } else if (status.view.paused) {
     text.banner = {{"PAUSED", Tone::kWarning}, {"p: resume"}};
+  } else if (guides && exercise.ended) {
+    text.banner = ResultLines(exercise, *names.exercise);
   }
   return text;
 }

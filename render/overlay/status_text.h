@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/base/handling_limits.h"
+#include "engine/exercise/exercise_options.h"
 #include "engine/snapshots.h"
 #include "render/overlay/view_settings.h"
 
@@ -16,6 +17,7 @@ struct StatusNames {
   std::vector<std::string> organs;
   std::vector<std::vector<std::string>> instruments;  ///< [tool][ToolPose::instrument_index].
   std::vector<Vector3d> trocars_W = {};  ///< By tool, m: they decide on which side its text stands.
+  std::optional<ExerciseOptions> exercise = {};
 };
 
 /// Inputs of the text at one frame.
@@ -48,7 +50,8 @@ struct StatusText {
   std::array<std::vector<StatusLine>, kMaxInstruments> tools;  ///< Bottom left and right.
   std::array<bool, kMaxInstruments> on_right = {false, true};  ///< The side of each tool's text.
   std::vector<StatusLine> alarms;                              ///< Top of the circle: limits.
-  std::vector<StatusLine> banner;                              ///< Middle: PAUSED, or the keys.
+  std::vector<StatusLine> guidance;  ///< Bottom of the circle: the exercise.
+  std::vector<StatusLine> banner;    ///< Middle: PAUSED, or the keys.
 };
 
 /// The bar is full at this many force limits.

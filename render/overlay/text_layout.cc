@@ -70,12 +70,18 @@ class Page {
   }
 
   // Adds centred lines on a dark panel, a tenth of the height from the top.
-  void AddAlarms(const std::vector<StatusLine>& lines) {
+  void AddAlarms(const std::vector<StatusLine>& lines) { AddCentred(lines, height_ / 10); }
+
+  // The same, a twentieth of the height from the bottom.
+  void AddGuidance(const std::vector<StatusLine>& lines) {
+    AddCentred(lines, height_ - height_ / 20 - BlockHeight(lines));
+  }
+
+  void AddCentred(const std::vector<StatusLine>& lines, int y) {
     if (lines.empty()) return;
     int width = 0;
     for (const StatusLine& line : lines) width = std::max(width, LineWidth(line));
     const int pad = Gap();
-    int y = height_ / 10;
     AddRectangle((width_ - width) / 2 - pad, y - pad, width + 2 * pad, BlockHeight(lines) + 2 * pad,
                  {0.03f, 0.03f, 0.04f, 0.82f});
     for (const StatusLine& line : lines) {
@@ -170,6 +176,7 @@ std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, in
                   height - margin - page.BlockHeight(text.tools[tool]));
   }
   page.AddAlarms(text.alarms);
+  page.AddGuidance(text.guidance);
   page.AddBanner(text.banner);
   return page.Take();
 }

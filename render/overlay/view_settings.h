@@ -27,6 +27,7 @@ struct ViewSettings {
   LaparoscopeOptions scope;
   std::uint32_t overlays = kOverlayNone;
   bool help = false;              ///< Show the list of keys.
+  bool guidance = true;           ///< Show what an exercise asks for next.
   bool click_takes = false;       ///< Show the hint that a click takes the active instrument.
   bool has_reference = false;     ///< kOverlayError has a reference.
   bool paused = false;            ///< Show "PAUSED".

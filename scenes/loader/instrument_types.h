@@ -12,6 +12,7 @@ inline constexpr std::pair<std::string_view, InstrumentType> kInstrumentTypes[] 
     {"probe", InstrumentType::kProbe},
     {"grasper", InstrumentType::kGrasper},
     {"scissors", InstrumentType::kScissors},
-    {"hook", InstrumentType::kHook}};
+    {"hook", InstrumentType::kHook},
+    {"clip_applier", InstrumentType::kClipApplier}};
 
 }  // namespace hpdm

@@ -149,6 +149,9 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
       if (organ.name == load.organ) organ.loads.push_back(load);
     }
   }
+  if (const auto table = root.Table("exercise", kExerciseKeys)) {
+    scene.exercise = ReadExercise(*table, scene);
+  }
   if (const auto table = root.Table("laparoscope", kLaparoscopeKeys)) {
     scene.laparoscope = ReadLaparoscope(*table);
   }

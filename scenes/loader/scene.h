@@ -1,12 +1,14 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/attachment/attachment_options.h"
 #include "engine/base/types.h"
 #include "engine/duct/duct_options.h"
+#include "engine/exercise/exercise_options.h"
 #include "engine/organ_options.h"
 #include "engine/snapshots.h"
 #include "haptics/device/instrument_options.h"
@@ -46,6 +48,7 @@ struct Scene {
   std::vector<DuctOptions> ducts;  ///< Names unique.
   std::vector<InstrumentOptions> instruments;  ///< 0 to kMaxInstruments, names unique.
   std::vector<LoadOptions> loads;
+  std::optional<ExerciseOptions> exercise;
   LaparoscopeOptions laparoscope;
 };
 

@@ -9,6 +9,8 @@ namespace {
 
 constexpr double kMaxThickness = 0.1;  // m
 constexpr double kReachOfThickness = 3;
+// J/m^3: to heat tissue of 1,000 kg/m^3 from 37 to 100 degrees C and to vaporise its 70 % of water.
+constexpr double kVaporisation = 1.9e9;
 
 const OrganOptions& OrganOf(const TableReader& table, std::string_view key,
                             const std::vector<OrganOptions>& organs, std::string* name) {
@@ -60,6 +62,8 @@ AttachmentOptions ReadAttachment(const TableReader& table,
   }
   attachment.reach = kReachOfThickness * attachment.thickness;
   table.ReadNumber("reach", Interval::Positive(kMaxThickness, "m"), &attachment.reach);
+  attachment.burn_energy = kVaporisation * attachment.thickness;
+  table.ReadNumber("burn_energy", Interval::Positive(1e12, "J/m^2"), &attachment.burn_energy);
   return attachment;
 }
 

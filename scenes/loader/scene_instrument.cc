@@ -9,7 +9,9 @@
 namespace hpdm {
 namespace {
 
-constexpr double kMaxRadius = 0.05;       // m; instruments are 5 to 12 mm thick
+constexpr double kMaxRadius = 0.05;  // m; instruments are 5 to 12 mm thick
+constexpr double kMaxPower = 400;    // W; electrosurgery uses 20 to 100 W
+constexpr int kDefaultClips = 20, kMaxClips = 100;
 constexpr double kMaxClosingForce = 100;  // N; laparoscopic graspers close with 5 to 20 N
 
 DeviceProfile ReadDevice(const TableReader& table) {
@@ -107,6 +109,18 @@ JawOptions ReadJaws(const TableReader& table) {
 
 constexpr std::string_view kJawForces[] = {"closing_force", "jaw_friction"};
 
+/// Refuses a key of one type of instrument in another.
+void RequireType(const TableReader& table, std::string_view key, InstrumentType type,
+                 const InstrumentDescription& held) {
+  if (held.type == type || !table.Has(key)) return;
+  for (const auto& [name, named] : kInstrumentTypes) {
+    if (named != type) continue;
+    const std::string wanted(name);
+    table.Fail(key, "needs type = \"" + wanted + "\"",
+               "remove it or give type = \"" + wanted + "\"");
+  }
+}
+
 /// Reads the keys that an instrument and its exchanges share.
 void ReadHeld(const TableReader& table, InstrumentDescription* held) {
   table.Require("name", "name the instrument");
@@ -131,6 +145,11 @@ void ReadHeld(const TableReader& table, InstrumentDescription* held) {
       table.Fail(key, "needs jaws that hold tissue", "remove it or give type = \"grasper\"");
     }
   }
+  RequireType(table, "power", InstrumentType::kHook, *held);
+  table.ReadNumber("power", Interval::Positive(kMaxPower, "W"), &held->geometry.power);
+  RequireType(table, "clips", InstrumentType::kClipApplier, *held);
+  held->geometry.clips = held->type == InstrumentType::kClipApplier ? kDefaultClips : 0;
+  table.ReadInteger("clips", 0, kMaxClips, &held->geometry.clips);
   table.ReadNumber("closing_force", Interval::Positive(kMaxClosingForce, "N"),
                    &held->geometry.closing_force);
   table.ReadNumber("jaw_friction", Interval::Positive(2, ""), &held->geometry.jaw_friction);

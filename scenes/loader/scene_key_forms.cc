@@ -78,6 +78,9 @@ stiffness = 1
 [[organ]]
 name = "d"
 mesh = "a.obj"
+[[organ]]
+name = "e"
+mesh = "a.obj"
 
 [[contact]]
 a = "a"
@@ -100,8 +103,8 @@ thickness = 0.1
 strength = 1
 toughness = 1
 [[attachment]]
-a = "c"
-b = "d"
+a = "d"
+b = "e"
 sphere = { centre = [0, 0, 0], radius = 1 }
 young = 1
 thickness = 0.1
@@ -156,6 +159,22 @@ box_fraction = { min = [0, 0, 0], max = [1, 1, 1] }
 organ = "a"
 pressure = 0
 sphere = { centre = [0, 0, 0], radius = 1 }
+
+[exercise]
+[[exercise.step]]
+name = "a"
+hold = "a"
+hold_with = "a"
+lift = 1
+touch = "a"
+touch_with = "a"
+at = [0, 0, 0]
+within = 1
+free = "d"
+from = "e"
+area = 1
+[[exercise.error]]
+kind = "force"
 
 [[file]]
 name = "a.obj"

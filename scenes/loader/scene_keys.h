@@ -7,9 +7,9 @@
 /// all other keys. A test checks that the README describes exactly these.
 namespace hpdm {
 
-inline constexpr std::string_view kRootKeys[] = {"scene",       "timing", "organ",      "contact",
-                                                 "attachment",  "duct",   "cut",        "instrument",
-                                                 "load",        "laparoscope", "file"};
+inline constexpr std::string_view kRootKeys[] = {
+    "scene", "timing",     "organ", "contact",  "attachment",  "duct",
+    "cut",   "instrument", "load",  "exercise", "laparoscope", "file"};
 inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks", "step_budget"};
@@ -20,8 +20,8 @@ inline constexpr std::string_view kOrganKeys[] = {
     "wall_stiffness", "subdivisions", "free",   "lumen",    "layer"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
-    "a",     "b",         "box",      "box_fraction", "sphere",
-    "young", "thickness", "strength", "toughness",    "reach"};
+    "a",         "b",        "box",       "box_fraction", "sphere",     "young",
+    "thickness", "strength", "toughness", "reach",        "burn_energy"};
 inline constexpr std::string_view kDuctKeys[] = {"name",   "label", "a",    "b",
                                                  "path",   "radius", "wall", "young"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
@@ -72,11 +72,13 @@ inline constexpr std::string_view kInstrumentKeys[] = {"name",
                                                        "trace",
                                                        "exchange",
                                                        "closing_force",
-                                                       "jaw_friction"};
+                                                       "jaw_friction",
+                                                       "power",
+                                                       "clips"};
 inline constexpr std::string_view kJawKeys[] = {"meshes", "pivot", "opening_deg"};
 inline constexpr std::string_view kExchangeKeys[] = {
-    "name",       "type",         "mesh",     "jaws",          "insulated_from",
-    "tip_radius", "shaft_radius", "friction", "closing_force", "jaw_friction"};
+    "name",         "type",     "mesh",          "jaws",         "insulated_from", "tip_radius",
+    "shaft_radius", "friction", "closing_force", "jaw_friction", "power",          "clips"};
 inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "mass",
                                                    "rotational_inertia",
@@ -104,6 +106,13 @@ inline constexpr std::string_view kTraceKeys[] = {"file", "scale", "rotation_deg
 inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radius",
                                                  "force", "displacement", "pressure",
                                                  "box",   "box_fraction", "sphere"};
+inline constexpr std::string_view kExerciseKeys[] = {"name",        "goal", "time_limit",
+                                                     "target_time", "step", "error"};
+inline constexpr std::string_view kExerciseStepKeys[] = {
+    "name",   "instruction", "hold", "hold_with", "lift",    "touch", "touch_with", "at",
+    "within", "free",        "from", "area",      "release", "force", "time"};
+inline constexpr std::string_view kExerciseErrorKeys[] = {"kind", "name", "limit", "organ",
+                                                          "points"};
 inline constexpr std::string_view kLaparoscopeKeys[] = {
     "position", "target", "trocar", "angle_deg", "field_of_view_deg", "focal_length", "distortion"};
 
@@ -160,6 +169,9 @@ inline constexpr SceneTable kSceneTables[] = {
     {"load.box", kBoxKeys},
     {"load.box_fraction", kBoxKeys},
     {"load.sphere", kSphereKeys},
+    {"exercise", kExerciseKeys},
+    {"exercise.step", kExerciseStepKeys},
+    {"exercise.error", kExerciseErrorKeys},
     {"laparoscope", kLaparoscopeKeys},
     {"file", kFileKeys},
 };

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "scenes/loader/scene_parts.h"
 #include "scenes/loader/toml_document.h"
 
 namespace hpdm {
@@ -30,6 +31,16 @@ auto ReadAll(const std::filesystem::path& scene, const char* key, Read&& read) {
   return names;
 }
 
+// With an observer a reader looks for no files.
+class NoObserver : public KeyObserver {
+ public:
+  void OnTable(std::string_view) override {}
+  void OnKey(std::string_view, std::string_view, const KeyForm&) override {}
+  void OnValues(std::string_view, std::string_view, const std::vector<double>&) override {}
+  void OnRequired(std::string_view, std::string_view) override {}
+  void OnExclusive(std::string_view, std::string_view, std::string_view) override {}
+};
+
 }  // namespace
 
 std::vector<std::vector<std::string>> SceneInstruments(const std::filesystem::path& scene) {
@@ -47,6 +58,16 @@ std::vector<std::string> SceneAttachments(const std::filesystem::path& scene) {
     const NodeView table(attachment);
     return table["a"].value_or<std::string>("?") + " and " + table["b"].value_or<std::string>("?");
   });
+}
+
+std::optional<ExerciseOptions> SceneExercise(const std::filesystem::path& scene) {
+  if (scene.empty()) return {};
+  try {
+    NoObserver observer;
+    return ReadScene(ReadToml(scene), &observer).exercise;
+  } catch (const InputError&) {
+    return {};
+  }
 }
 
 }  // namespace hpdm

@@ -36,6 +36,11 @@ void ReadCut(const TableReader& table, int number, std::vector<OrganOptions>* or
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs);
 InstrumentOptions ReadInstrument(const TableReader& table, const std::vector<OrganOptions>& organs);
 
+/// Reads the exercise. `scene`: with its organs, attachments and instruments.
+ExerciseOptions ReadExercise(const TableReader& table, const Scene& scene);
+
+/// Most steps and kinds of errors of an exercise.
+inline constexpr std::size_t kMaxExerciseSteps = 32, kMaxExerciseErrors = 32;
 /// Most pairs of organs that touch each other.
 inline constexpr std::size_t kMaxContactPairs = 8;
 /// Most cuts of a scene, and edges of one.

@@ -327,6 +327,11 @@ void AddInstruments(Scenes* s) {
           SoundScene({.organ = "unit=0.3\n", .instrument = "type='grasper'\ntip_radius=0.02\n"}));
   s->Text("a tip wider than the organ",
           SoundScene({.organ = "unit=0.3\n", .instrument = "tip_radius=0.02\n"}));
+  s->Instrument("power=40");
+  s->Text("a hook without power", SoundScene({.instrument = "type='hook'\npower=0\n"}));
+  s->Text("a hook of NaN", SoundScene({.instrument = "type='hook'\npower=nan\n"}));
+  s->Text("a hook with clips", SoundScene({.instrument = "type='hook'\nclips=3\n"}));
+  s->Text("a magazine of -1 clips", SoundScene({.instrument = "type='clip_applier'\nclips=-1\n"}));
   s->Text("a probe with jaws: closing_force=5", SoundScene({.instrument = "closing_force=5\n"}));
   for (const char* jaws : {"closing_force=5", "jaw_friction=0.5"}) {
     const std::string line = jaws + std::string("\n");
@@ -475,6 +480,38 @@ void AddFillingsAndLayers(Scenes* s) {
            "[[cut]]\norgan='held'\nstrip=[[[0,-1,-1],[0,1,-1]],[[0,-1,0],[0,1,0]]]");
 }
 
+void AddExercises(Scenes* s) {
+  const auto exercise = [s](const std::string& name, const std::string& step,
+                            const std::string& error = "", const std::string& keys = "") {
+    s->Table("an exercise " + name,
+             "[exercise]\n" + keys + (step.empty() ? "" : "[[exercise.step]]\nname='a'\n" + step) +
+                 (error.empty() ? "" : "[[exercise.error]]\n" + error));
+  };
+  const std::string step = "hold='liver'\n";
+  exercise("that is sound", step, "kind='force'\n");
+  exercise("without steps", "");
+  exercise("with a step without conditions", "time=1\n");
+  exercise("that holds no organ", "hold='lung'\n");
+  exercise("with no instrument", "hold='liver'\nhold_with='spoon'\n");
+  exercise("that holds with nothing held", "force=1\nhold_with='probe'\n");
+  exercise("that lifts nothing", "force=1\nlift=0.01\n");
+  exercise("that touches somewhere", "touch='liver'\nat=[0,0,0]\n");
+  exercise("that touches nowhere", "touch='liver'\nwithin=0.1\n");
+  exercise("that frees what is not attached", "free='liver'\narea=1e-4\n");
+  exercise("that frees no area", "free='liver'\n");
+  exercise("of negative time", step + "time=-1\n");
+  exercise("without time", step, "", "time_limit=0\n");
+  exercise("with a late target", step, "", "time_limit=10\ntarget_time=10\n");
+  exercise("with a goal of 300 bytes", step, "", "goal='" + std::string(300, 'a') + "'\n");
+  exercise("with an unknown error", step, "kind='sneeze'\n");
+  exercise("with an error without a kind", step, "limit=1\n");
+  exercise("with a force of NaN", step, "kind='force'\nlimit=nan\n");
+  exercise("with a tear of no attachment", step, "kind='tear'\norgan='liver'\n");
+  exercise("with a limit of inversion", step, "kind='inverted'\nlimit=1\n");
+  exercise("with a stray burn of an organ", step, "kind='stray_burn'\norgan='liver'\n");
+  exercise("with points below zero", step, "kind='force'\npoints=-5\n");
+}
+
 void AddAttachments(Scenes* s) {
   constexpr const char* kFace = "box={min=[0.049,-1,-1],max=[0.051,1,1]}\n";
   const auto layer = [](const std::string& region, const std::string& toughness = "45",
@@ -505,6 +542,7 @@ void AddAttachments(Scenes* s) {
           scene(rigid, layer(kFace, "45", "10") + "[scene]\ngravity=[0,0,-9.81]\n",
                 {.organ = "support=[{box={min=[-1,-1,-1],max=[-0.03,1,1]}, fixed=true}]\n"}));
   s->Text("an attachment of NaN", scene(soft, layer(kFace, "nan")));
+  s->Text("an attachment that burns without heat", scene(soft, layer(kFace) + "burn_energy=0\n"));
   s->Text("two attachments on one surface", scene(soft, layer(kFace) + layer(kFace)));
   s->Text("an attachment of two rigid organs",
           scene(rigid,
@@ -582,6 +620,7 @@ TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   AddFillingsAndLayers(&scenes);
   AddAttachments(&scenes);
   AddDucts(&scenes);
+  AddExercises(&scenes);
   AddSessions(&scenes);
   scenes.Compare();
 }

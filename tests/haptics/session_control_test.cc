@@ -117,5 +117,43 @@ TEST_F(SessionControlTest, APauseBeforeTheFirstReadingLeavesTheToolAtItsTrocar) 
   EXPECT_EQ(sample.tools[0].force_W.norm(), 0);
 }
 
+TEST_F(SessionControlTest, ThePedalIsPressedAtTheDeviceOrInTheWindow) {
+  EXPECT_FALSE(Run(10).tools[0].pedal);
+  bench_.device.pedal = true;
+  EXPECT_TRUE(Run(1).tools[0].pedal);
+  bench_.tool_states.Update();
+  EXPECT_TRUE(bench_.tool_states.Front().tools[0].pedal);
+  bench_.device.pedal = false;
+  EXPECT_FALSE(Run(1).tools[0].pedal);
+  bench_.Ask({.pedal = {true, false}});
+  EXPECT_TRUE(Run(1).tools[0].pedal);
+  bench_.Ask({.pedal = {false, true}});
+  EXPECT_FALSE(Run(1).tools[0].pedal) << "the other hand's";
+}
+
+TEST_F(SessionControlTest, ThePedalIsOffAfterFiveMillisecondsWithoutAReading) {
+  for (const bool at_device : {true, false}) {
+    bench_.device.pedal = at_device;
+    bench_.Ask({.pedal = {!at_device, false}});
+    bench_.device.age = 5'000'000;
+    EXPECT_TRUE(Run(1).tools[0].pedal);
+    bench_.device.age = 5'000'001;
+    EXPECT_FALSE(Run(1).tools[0].pedal);
+    bench_.device.age = 0;
+    bench_.device.valid = false;
+    EXPECT_FALSE(Run(1).tools[0].pedal);
+    bench_.device.valid = true;
+    EXPECT_TRUE(Run(1).tools[0].pedal);
+  }
+}
+
+TEST_F(SessionControlTest, APauseReleasesThePedal) {
+  bench_.device.pedal = true;
+  bench_.Ask({.paused = true, .pedal = {true, false}});
+  EXPECT_FALSE(Run(2).tools[0].pedal);
+  bench_.Ask({.paused = false, .pedal = {true, false}});
+  EXPECT_TRUE(Run(1).tools[0].pedal);
+}
+
 }  // namespace
 }  // namespace hpdm

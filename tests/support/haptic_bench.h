@@ -29,7 +29,11 @@ inline ImpulseEngineKinematics Kinematics() {
 class FakeDevice : public SwitchedDevice {
  public:
   DeviceSample Read(Nanoseconds now) noexcept override {
-    return {.sequence = ++reads_, .time_ns = now, .joints = joints, .valid = valid};
+    return {.sequence = ++reads_,
+            .time_ns = now - age,
+            .joints = joints,
+            .valid = valid,
+            .pedal = pedal};
   }
   void Write(const AxisEffort& effort) noexcept override { written = effort; }
   DeviceLimits limits() const noexcept override { return LimitsOf({}); }
@@ -38,6 +42,8 @@ class FakeDevice : public SwitchedDevice {
 
   JointVector joints = JointVector::Zero();
   bool valid = true;
+  bool pedal = false;
+  Nanoseconds age = 0;  // of its readings
   AxisEffort written = AxisEffort::Zero();
 
  private:

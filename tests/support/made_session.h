@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,8 +17,9 @@ namespace hpdm {
 class MadeSession {
  public:
   explicit MadeSession(const std::vector<std::string>& instruments = {"probe"},
-                       const TelemetryOptions& options = {})
-      : info_(Info(instruments)),
+                       const TelemetryOptions& options = {},
+                       const std::optional<ExerciseOptions>& exercise = {})
+      : info_(Info(instruments, exercise)),
         telemetry_(&samples_, &steps_, &scenes_, log(), options, info_),
         tools_(static_cast<int>(instruments.size())) {}
 
@@ -42,6 +44,19 @@ class MadeSession {
     sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
     sample.attachment_count = static_cast<int>(attachments.size());
     std::copy(attachments.begin(), attachments.end(), sample.attachments.begin());
+    steps_.Push(sample);
+    telemetry_.Drain();
+  }
+  /// A step with a press of the first instrument, N.
+  void PressStep(double force, int organ) {
+    StepSample sample;
+    sample.step.number = ++step_;
+    sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
+    sample.tool_count = tools_;
+    sample.contacts[0].organ = organ;
+    sample.contacts[0].kind = ContactKind::kPress;
+    sample.contacts[0].contact_W = Vector3d(0.01, 0.02, 0.03);
+    sample.contacts[0].force_on_tissue_W = Vector3d(0, 0, -force);
     steps_.Push(sample);
     telemetry_.Drain();
   }
@@ -72,12 +87,15 @@ class MadeSession {
   SessionReading Finish(double force_limit = kDefaultForceLimit,
                         double depth_limit = kDefaultDepthLimit) {
     telemetry_.Finish();
-    return ReadSession(log(), force_limit, info_.held, depth_limit);
+    return ReadSession(log(), force_limit, info_.held, depth_limit, info_.exercise);
   }
+  const TelemetryLoop& telemetry() const { return telemetry_; }
 
  private:
-  static SessionInfo Info(const std::vector<std::string>& instruments) {
+  static SessionInfo Info(const std::vector<std::string>& instruments,
+                          const std::optional<ExerciseOptions>& exercise) {
     SessionInfo info;
+    info.exercise = exercise;
     info.instruments = instruments;
     for (const std::string& instrument : instruments) {
       info.held.push_back({instrument, "hook", "blunt"});

@@ -175,9 +175,11 @@ class Player {
 }  // namespace
 
 SessionControl ControlOf(const HapticSample& sample) {
-  SessionControl control{.paused = sample.paused, .instrument_index = {}};
-  for (int t = 0; t < sample.tool_count; ++t)
+  SessionControl control{.paused = sample.paused};
+  for (int t = 0; t < sample.tool_count; ++t) {
     control.instrument_index[t] = sample.tools[t].instrument_index;
+    control.pedal[t] = sample.tools[t].pedal;
+  }
   return control;
 }
 

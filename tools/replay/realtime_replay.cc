@@ -54,7 +54,7 @@ ControlScript ScriptOf(const std::vector<TraceTick>& trace, Nanoseconds period) 
   SessionControl last;
   for (const TraceTick& tick : trace) {
     if (tick.control.paused == last.paused &&
-        tick.control.instrument_index == last.instrument_index)
+        tick.control.instrument_index == last.instrument_index && tick.control.pedal == last.pedal)
       continue;
     last = tick.control;
     controls.push_back({static_cast<Nanoseconds>(tick.tick) * period, last});

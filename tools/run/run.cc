@@ -149,7 +149,7 @@ std::uint64_t EndTick(const RunOptions& options, const Session& session) {
 struct Prepared {
   Scene scene;
   std::vector<DeviceChoice> devices;
-  ControlScript exchanges;
+  ControlScript controls;
 };
 
 Prepared Prepare(RunOptions* options) {
@@ -161,7 +161,8 @@ Prepared Prepare(RunOptions* options) {
   const std::string no_window = ChooseWindow(options);
   prepared.devices = ChooseDevices(options->devices, prepared.scene.instruments, options->window);
   if (options->Lockstep()) CheckLockstep(*options, prepared.devices);
-  prepared.exchanges = ParseExchanges(options->exchanges, prepared.scene.instruments);
+  prepared.controls =
+      ParseControls(options->exchanges, options->pedals, prepared.scene.instruments);
   if (options->pictures && !options->window) EglContext();  // a machine that cannot draw
   if (!no_window.empty()) std::cerr << "hpdm: " + no_window + "\n";
   return prepared;
@@ -220,7 +221,7 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
   const StopSignals signals;  // before any thread
   IgnoreFailedWrites();
   std::optional<SetUpInterrupt> interrupt(signals);
-  auto [scene, devices, exchanges] = Prepare(&options);
+  auto [scene, devices, controls] = Prepare(&options);
   RefuseCuts(scene);
   SetUpProgress progress(options.json);
   Session session(std::move(scene), std::move(devices),
@@ -266,15 +267,15 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
                     telemetry,        link.get(),
                     signals,          EndTick(options, session),
                     options.pictures, window ? &*window : nullptr,
-                    &exchanges};
+                    &controls};
   unbegun.Begin();
   SayRunning(options, session, folder);
   const RunRecord record = measured ? RunOnRealClock(loops, machine, clock) : RunInLockstep(loops);
   window.reset();  // gives the pointer back before the results are written, which takes a while
 
   DiscardUnlessBegun(record, &folder);
-  for (const std::string& exchange : exchanges.Left()) {
-    Note(exchange + " did not happen: the session ended before");
+  for (const std::string& control : controls.Left()) {
+    Note(control + " did not happen: the session ended before");
   }
   const TelemetrySummary results = telemetry.Summary();
   FinishRun(options, command_line.front(),

@@ -106,7 +106,7 @@ void AddRunOptions(Command run, RunOptions* options) {
   run.AddFlag(
       "--window", options->window,
       "Draw in a window; the mouse moves the instruments (F1 lists the keys) [with a display, "
-      "unless --headless, --no-pictures, --film, --json, --exchange or --clock lockstep]");
+      "unless --headless, --no-pictures, --film, --json, --exchange, --pedal or --clock lockstep]");
   AddPictureOptions(run, options);
   run.AddOption("--clock", options->clock, "real, or lockstep: one thread, virtual time")
       .OneOf({"real", "lockstep"})
@@ -120,6 +120,10 @@ void AddRunOptions(Command run, RunOptions* options) {
          "--exchange", options->exchanges,
          "NAME=OTHER@SECONDS: at that time the hand that began with NAME takes OTHER, as soon "
          "as its tip is free (instrument.exchange in scenes/README.md); repeatable")
+      .Excludes("--window");
+  run.AddOption("--pedal", options->pedals,
+                "NAME@FROM-TO: the pedal of the hand that began with NAME is pressed between these "
+                "times, s; repeatable")
       .Excludes("--window");
   run.AddOption("--force-limit", options->limits.force, "Force with an alarm on the screen, N")
       .From(1e-6, 1e6)

@@ -23,6 +23,7 @@ struct RunOptions {
   std::vector<std::string> references;
   std::vector<std::string> devices;
   std::vector<std::string> exchanges;
+  std::vector<std::string> pedals;
   HandlingLimits limits;
   std::optional<double> log_rate;  ///< Outputs in the log, Hz; empty: every tick's
   bool film = false;
@@ -37,7 +38,8 @@ struct RunOptions {
   bool Lockstep() const { return clock == "lockstep"; }
   /// True if the options ask for something that nobody needs to watch, or that a window excludes.
   bool Unattended() const {
-    return headless || !pictures || film || json || Lockstep() || !exchanges.empty();
+    return headless || !pictures || film || json || Lockstep() || !exchanges.empty() ||
+           !pedals.empty();
   }
   /// Rate of the pictures kept in frames/. In a window the user starts the recording.
   double FramesPerSecond() const { return frames_per_second.value_or(window ? 30 : 2); }

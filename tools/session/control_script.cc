@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <optional>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -12,27 +14,35 @@
 namespace hpdm {
 namespace {
 
-struct Exchange {
+// A change of one hand's controls.
+struct Change {
   Nanoseconds time_ns;
   std::size_t instrument;
-  int instrument_index;
+  std::optional<int> instrument_index;  // else the pedal
+  bool pedal;
   std::string name;
 };
 
-[[noreturn]] void Fail(const std::string& argument, const std::string& why) {
-  throw InputError("--exchange " + argument + ": " + why);
+[[noreturn]] void Fail(const char* option, const std::string& argument, const std::string& why) {
+  throw InputError(std::string(option) + " " + argument + ": " + why);
 }
 
-Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>& instruments) {
-  const std::size_t at = argument.rfind('@');
+std::optional<double> SecondsIn(std::string_view text) {
   double seconds = -1;
-  if (at != std::string::npos) {
-    const char* end = argument.data() + argument.size();
-    const auto [stop, error] = std::from_chars(argument.data() + at + 1, end, seconds);
-    if (error != std::errc() || stop != end) seconds = -1;
-  }
-  if (!(seconds >= 0 && seconds <= 1e6)) {
-    Fail(argument, "is not an exchange; give NAME=OTHER@SECONDS, such as probe=hook@3");
+  const char* end = text.data() + text.size();
+  const auto [stop, error] = std::from_chars(text.data(), end, seconds);
+  if (error != std::errc() || stop != end || !(seconds >= 0 && seconds <= 1e6)) return {};
+  return seconds;
+}
+
+Change ParseExchange(const std::string& argument,
+                     const std::vector<InstrumentOptions>& instruments) {
+  const std::size_t at = argument.rfind('@');
+  const auto seconds =
+      at == std::string::npos ? std::nullopt : SecondsIn(std::string_view(argument).substr(at + 1));
+  if (!seconds) {
+    Fail("--exchange", argument,
+         "is not an exchange; give NAME=OTHER@SECONDS, such as probe=hook@3");
   }
   const std::string names = argument.substr(0, at);
   std::string known;
@@ -42,7 +52,7 @@ Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>
       const std::string held =
           instruments[i].name + "=" + instruments[i].Held(instrument_index).name;
       if (held == names) {
-        return {std::llround(seconds * 1e9), i, instrument_index,
+        return {std::llround(*seconds * 1e9), i, instrument_index, false,
                 "exchange of " + instruments[i].name + " to " +
                     instruments[i].Held(instrument_index).name + " at " + argument.substr(at + 1) +
                     " s"};
@@ -50,7 +60,43 @@ Exchange Parse(const std::string& argument, const std::vector<InstrumentOptions>
       AppendToList(held, &known);
     }
   }
-  Fail(argument, "unknown exchange; the scene has " + (known.empty() ? "none" : known));
+  Fail("--exchange", argument,
+       "unknown exchange; the scene has " + (known.empty() ? "none" : known));
+}
+
+// Adds the press and the release.
+void ParsePedal(const std::string& argument, const std::vector<InstrumentOptions>& instruments,
+                std::vector<Change>* changes) {
+  const std::size_t at = argument.rfind('@'), to = argument.rfind('-');
+  std::optional<double> from, until;
+  if (at != std::string::npos && to != std::string::npos && to > at) {
+    from = SecondsIn(std::string_view(argument).substr(at + 1, to - at - 1));
+    until = SecondsIn(std::string_view(argument).substr(to + 1));
+  }
+  if (!from || !until || *until <= *from) {
+    Fail("--pedal", argument, "is not a press of a pedal; give NAME@FROM-TO, such as hook@3-5.5");
+  }
+  const std::string name = argument.substr(0, at);
+  std::string known;
+  for (std::size_t i = 0; i < instruments.size(); ++i) {
+    if (instruments[i].name != name) {
+      AppendToList(instruments[i].name, &known);
+      continue;
+    }
+    changes->push_back({std::llround(*from * 1e9),
+                        i,
+                        {},
+                        true,
+                        "pedal of " + name + " at " + argument.substr(at + 1) + " s"});
+    changes->push_back(
+        {std::llround(*until * 1e9),
+         i,
+         {},
+         false,
+         "release of the pedal of " + name + " after " + argument.substr(at + 1) + " s"});
+    return;
+  }
+  Fail("--pedal", argument, "unknown instrument; the scene has " + known);
 }
 
 }  // namespace
@@ -69,17 +115,25 @@ std::vector<std::string> ControlScript::Left() const {
   return names;
 }
 
-ControlScript ParseExchanges(const std::vector<std::string>& arguments,
-                             const std::vector<InstrumentOptions>& instruments) {
-  std::vector<Exchange> exchanges;
-  for (const std::string& argument : arguments) exchanges.push_back(Parse(argument, instruments));
-  std::stable_sort(exchanges.begin(), exchanges.end(),
-                   [](const Exchange& a, const Exchange& b) { return a.time_ns < b.time_ns; });
+ControlScript ParseControls(const std::vector<std::string>& exchanges,
+                            const std::vector<std::string>& pedals,
+                            const std::vector<InstrumentOptions>& instruments) {
+  std::vector<Change> changes;
+  for (const std::string& argument : exchanges) {
+    changes.push_back(ParseExchange(argument, instruments));
+  }
+  for (const std::string& argument : pedals) ParsePedal(argument, instruments, &changes);
+  std::stable_sort(changes.begin(), changes.end(),
+                   [](const Change& a, const Change& b) { return a.time_ns < b.time_ns; });
   std::vector<TimedControl> controls;
   SessionControl control;
-  for (const Exchange& exchange : exchanges) {
-    control.instrument_index[exchange.instrument] = exchange.instrument_index;
-    controls.push_back({exchange.time_ns, control, exchange.name});
+  for (const Change& change : changes) {
+    if (change.instrument_index) {
+      control.instrument_index[change.instrument] = *change.instrument_index;
+    } else {
+      control.pedal[change.instrument] = change.pedal;
+    }
+    controls.push_back({change.time_ns, control, change.name});
   }
   return ControlScript(std::move(controls));
 }

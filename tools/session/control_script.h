@@ -37,9 +37,11 @@ class ControlScript {
   std::size_t next_ = 0;
 };
 
-/// Parses arguments NAME=OTHER@SECONDS: at that time the hand whose first instrument is NAME takes
-/// OTHER, which is one of its exchanges or NAME itself. Throws InputError for any other argument.
-ControlScript ParseExchanges(const std::vector<std::string>& arguments,
-                             const std::vector<InstrumentOptions>& instruments);
+/// Parses arguments of --exchange, NAME=OTHER@SECONDS: at that time the hand whose first instrument is
+/// NAME takes OTHER, which is one of its exchanges or NAME itself; and of --pedal, NAME@FROM-TO: the
+/// pedal of that hand is pressed between these times (s). Throws InputError for any other argument.
+ControlScript ParseControls(const std::vector<std::string>& exchanges,
+                            const std::vector<std::string>& pedals,
+                            const std::vector<InstrumentOptions>& instruments);
 
 }  // namespace hpdm

@@ -46,6 +46,7 @@ LockstepSession::LockstepSession(std::shared_ptr<const SessionModel> model,
       tools_(choices_.size()),
       organ_forces_(3 * model_->organs().size()),
       reporter_(model_->Info(), nullptr, nullptr) {
+  if (model_->scene().exercise) exercise_.emplace(*model_->scene().exercise);
   AttachLoops();
   ObserveStart();
   start_ = std::make_shared<const LockstepSession>(*this);
@@ -66,6 +67,7 @@ LockstepSession::LockstepSession(const LockstepSession& other)
       tools_(other.tools_),
       organ_forces_(other.organ_forces_),
       reporter_(other.reporter_),
+      exercise_(other.exercise_),
       events_(other.events_) {
   CopyEdges(other);
   AttachLoops();
@@ -88,6 +90,7 @@ LockstepSession& LockstepSession::operator=(const LockstepSession& other) {
   tools_ = other.tools_;
   organ_forces_ = other.organ_forces_;
   reporter_ = other.reporter_;
+  exercise_ = other.exercise_;
   events_ = other.events_;
   recorder_ = nullptr;
   CopyEdges(other);
@@ -174,6 +177,12 @@ void LockstepSession::Exchange(std::size_t instrument, int instrument_index) {
   control_.Publish();
 }
 
+void LockstepSession::Press(std::size_t instrument, bool pressed) {
+  control_.Back() = control_.Front();
+  control_.Back().pedal[instrument] = pressed;
+  control_.Publish();
+}
+
 void LockstepSession::Step() {
   tick_forces_.clear();
   for (ToolView& tool : tools_) {
@@ -208,6 +217,10 @@ void LockstepSession::StepIfDue() {
   StepSample step;
   while (step_samples_.Pop(&step)) {
     reporter_.Add(step);
+    if (exercise_) {
+      exercise_->Add(step);
+      reporter_.Add(*exercise_);
+    }
     if (recorder_ != nullptr) recorder_->Add(step);
   }
   if (recorder_ != nullptr) recorder_->Drain();

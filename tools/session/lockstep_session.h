@@ -3,10 +3,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "engine/deformation_loop.h"
+#include "engine/exercise/exercise_evaluator.h"
 #include "engine/threads/triple_buffer.h"
 #include "haptics/haptic_loop.h"
 #include "lcmtypes/telemetry/event_reporter.h"
@@ -74,6 +76,8 @@ class LockstepSession {
   void Command(std::size_t instrument, const JointVector& joints);
   /// Gives a hand another of its instruments as soon as its tip is free (ToolPose).
   void Exchange(std::size_t instrument, int instrument_index);
+  /// Presses or releases the pedal of an instrument, from the next tick on.
+  void Press(std::size_t instrument, bool pressed);
 
   /// Computes one deformation step and the ticks of its period. A step takes the tools of its first
   /// tick and shows `patch_delay_ticks` later, so organs and contacts answer in the next call.
@@ -100,6 +104,8 @@ class LockstepSession {
   const OrganState& organ(std::size_t i) const { return deformation_.organ(static_cast<int>(i)); }
   const StepRecord& record() const { return deformation_.record(); }
   std::span<const AttachmentLink> links() const { return deformation_.links(); }
+  /// The judgement of the scene's exercise; none if it has none. The session continues after its end.
+  const std::optional<ExerciseEvaluator>& exercise() const { return exercise_; }
   /// Fills in a scene of SizedSnapshot() for a picture.
   void Show(SceneSnapshot* scene) const { deformation_.Show(scene); }
 
@@ -142,6 +148,7 @@ class LockstepSession {
   std::vector<ToolView> tools_;
   std::vector<double> organ_forces_;
   EventReporter reporter_;
+  std::optional<ExerciseEvaluator> exercise_;
   std::vector<SessionEvent> events_;
 };
 

@@ -84,6 +84,11 @@ Json ToolsToJson(const Session& session, const SessionSummary& summary) {
   return tools;
 }
 
+const char* EndedBy(const RunRecord& record) {
+  if (record.ended_by_user) return "user";
+  return record.ended_by_exercise ? "exercise" : "length";
+}
+
 Json LinkToJson(const DeviceLinkSummary& link) {
   return {{"received", link.received},
           {"refused", link.refused},
@@ -195,7 +200,7 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
   Json summary = {{"scene", session.scene().name},
                   {"clock", record.lockstep ? "lockstep" : "real"},
                   {"seconds", seconds},
-                  {"ended_by", record.ended_by_user ? "user" : "length"},
+                  {"ended_by", EndedBy(record)},
                   {"interrupted", record.ended_by_user},  // deprecated
                   {"haptic", HapticToJson(record, results)},
                   {"deformation", DeformationToJson(record, results)}};
@@ -209,6 +214,16 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                     {"steps_lost", telemetry.step_overflows},
                     {"failure", telemetry.log.Explain()},
                     {"timeline_failure", telemetry.timeline_failure}};
+  if (telemetry.exercise) {
+    const ExerciseResult& exercise = *telemetry.exercise;
+    summary["exercise"] = {{"score", exercise.score},
+                           {"passed", exercise.passed},
+                           {"ended", exercise.ended},
+                           {"time_s", exercise.time},
+                           {"steps_done", exercise.step_times.size()},
+                           {"steps", session.scene().exercise->steps.size()},
+                           {"errors", exercise.errors.size()}};
+  }
   if (telemetry.live) {
     summary["live"] = {{"messages", telemetry.live_messages}, {"errors", telemetry.live_errors}};
   }
@@ -226,6 +241,13 @@ std::string BriefSummary(const Json& summary, const std::string& folder, const s
   std::string text = Format("%s: %.1f s%s\n", summary["scene"].get<std::string>().c_str(),
                             summary["seconds"].get<double>(),
                             summary["ended_by"] == "user" ? ", ended by you" : "");
+  if (summary.contains("exercise")) {
+    const Json& exercise = summary["exercise"];
+    text += Format("exercise: score %.1f, %d of %d steps, %d errors, %.1f s\n",
+                   exercise["score"].get<double>(), exercise["steps_done"].get<int>(),
+                   exercise["steps"].get<int>(), exercise["errors"].get<int>(),
+                   exercise["time_s"].get<double>());
+  }
   std::string peaks;
   for (const Json& tool : summary["tools"]) AppendToList(PeakOf(tool, limits), &peaks, "; ");
   if (!peaks.empty()) text += "peak: " + peaks + "\n";

@@ -20,7 +20,8 @@ namespace hpdm {
 
 /// Results of the threads of a run.
 struct RunRecord {
-  bool ended_by_user = false;  ///< By a signal or in the window, before its length was over.
+  bool ended_by_exercise = false;  ///< By the end of the scene's exercise.
+  bool ended_by_user = false;      ///< By a signal or in the window, before its length was over.
   bool lockstep = false;
   TickCount haptic;
   TickCount deformation;

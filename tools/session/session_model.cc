@@ -21,7 +21,14 @@ std::vector<ToolGeometry> GeometriesOf(const InstrumentOptions& instrument) {
   std::vector<ToolGeometry> geometries;
   for (int held = 0; held < instrument.HeldCount(); ++held) {
     geometries.push_back(instrument.Held(held).geometry);
-    geometries.back().can_grasp = instrument.Held(held).type == InstrumentType::kGrasper;
+    ToolGeometry& geometry = geometries.back();
+    const InstrumentType type = instrument.Held(held).type;
+    const JawOptions& jaws = instrument.Held(held).jaws;
+    if (!jaws.meshes.empty()) geometry.opening = jaws.opening;
+    geometry.can_grasp = type == InstrumentType::kGrasper;
+    if (type == InstrumentType::kHook) geometry.action = ToolAction::kBurn;
+    if (type == InstrumentType::kScissors) geometry.action = ToolAction::kCut;
+    if (type == InstrumentType::kClipApplier) geometry.action = ToolAction::kClip;
   }
   return geometries;
 }
@@ -340,6 +347,7 @@ std::vector<InstrumentVisual> SessionModel::InstrumentVisuals() const {
 
 StatusNames SessionModel::Names() const {
   StatusNames names;
+  names.exercise = scene_.exercise;
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
     names.trocars_W.push_back(options.p_trocar_W);
@@ -351,6 +359,7 @@ StatusNames SessionModel::Names() const {
 
 SessionInfo SessionModel::Info() const {
   SessionInfo info;
+  info.exercise = scene_.exercise;
   for (const AttachmentBed& bed : beds_) {
     info.attachments.push_back({bed.options.a + " and " + bed.options.b, bed.areas.sum()});
   }

@@ -35,12 +35,25 @@ std::vector<std::jthread> StartLink(DeviceLink* link) {
   return threads;
 }
 
-// Handles the window's input, or without a window the exchanges of the command line, until `over`
-// or until the user ends the session. Returns true if the user ended it.
-bool PassOnControls(const Loops& loops, const SessionClock& clock, const std::stop_source& over) {
+// s for which a window shows an exercise's result before the session ends.
+constexpr double kResultShown = 10;
+
+// True once the scene's exercise is over, and its result has been shown in the window.
+bool ExerciseOver(const Loops& loops, const SessionClock& clock, Nanoseconds* ended_ns) {
+  if (!loops.telemetry.ExerciseEnded()) return false;
+  if (*ended_ns < 0) *ended_ns = clock.Now();
+  return loops.window == nullptr || ToSeconds(clock.Now() - *ended_ns) >= kResultShown;
+}
+
+// Handles the window's input, or without a window the controls of the command line, until `over`,
+// until the user ends the session or the exercise is over. Notes in the record who ended it.
+void PassOnControls(const Loops& loops, const SessionClock& clock, const std::stop_source& over,
+                    RunRecord* record) {
   bool has_window = loops.window != nullptr;
-  bool ended = false;
-  while (!over.stop_requested() && !ended) {
+  bool& ended = record->ended_by_user;
+  Nanoseconds exercise_ended_ns = -1;
+  while (!over.stop_requested() && !ended && !record->ended_by_exercise) {
+    record->ended_by_exercise = ExerciseOver(loops, clock, &exercise_ended_ns);
     if (has_window && loops.window->lost()) {
       loops.window->Resume();
       has_window = false;
@@ -53,7 +66,6 @@ bool PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
       ended = loops.signals.WaitFor(20'000'000);
     }
   }
-  return ended;
 }
 
 void End(std::jthread* thread) {
@@ -119,7 +131,7 @@ RunRecord RunOnRealClock(const Loops& loops, const MachineState& machine,
     record.haptic = loops.haptics.RunRealClock(stop, loop_clock, clock.Now(), loops.end_tick);
     over.request_stop();
   });
-  record.ended_by_user = PassOnControls(loops, clock, over);
+  PassOnControls(loops, clock, over, &record);
   // The forces first: the other threads may take long to end.
   End(&haptic_thread);
   forces.reset();
@@ -140,7 +152,7 @@ RunRecord RunInLockstep(const Loops& loops) {
   Lockstep clock(timing, &loops.haptics, &loops.deformation);
   const CrashStop crash_stop(&loops.haptics);
   std::optional<ForcesOn> forces(std::in_place, &loops.session);
-  while (clock.tick() < loops.end_tick && !record.ended_by_user) {
+  while (clock.tick() < loops.end_tick && !record.ended_by_user && !record.ended_by_exercise) {
     // Drains every second: the queue holds two seconds of samples, and steps may be rarer.
     if (clock.tick() % static_cast<std::uint64_t>(timing.haptic_hz) == 0) loops.telemetry.Drain();
     if (clock.StepIfDue()) {
@@ -148,6 +160,7 @@ RunRecord RunInLockstep(const Loops& loops) {
       if (loops.pictures) loops.render.Frame();
       loops.telemetry.Drain();
       record.ended_by_user = loops.signals.WaitFor(0);
+      record.ended_by_exercise = loops.telemetry.ExerciseEnded();
     }
     loops.exchanges->Advance(
         static_cast<Nanoseconds>(clock.tick()) * loops.session.haptic_period_ns(),

@@ -63,6 +63,7 @@ void TrainerInput::Take(const WindowEvent& event) {
     } else {
       held_.erase(key->key);
     }
+    UpdatePedal();
   } else if (const auto* motion = std::get_if<MotionEvent>(&event)) {
     Move(*motion);
   } else if (const auto* wheel = std::get_if<WheelEvent>(&event)) {
@@ -90,6 +91,7 @@ void TrainerInput::Take(const WindowEvent& event) {
     gamepad_ = {};
     captured_ = grips_ = twists_ = false;
     UpdateJaw();
+    UpdatePedal();
   } else if (const auto* gamepad = std::get_if<GamepadEvent>(&event)) {
     gamepad_ = *gamepad;
     UpdateJaw();
@@ -138,6 +140,9 @@ void TrainerInput::Press(int key) {
       break;
     case 'o':
       NextOverlay();
+      break;
+    case 'i':
+      view_.guidance = !view_.guidance;
       break;
     case 'p':
       control_.paused = view_.paused = !view_.paused;
@@ -267,6 +272,8 @@ void TrainerInput::UpdateJaw() {
     if (!view_.paused) targets_[i].jaw = closed_[i] || gripped ? 0 : 1;
   }
 }
+
+void TrainerInput::UpdatePedal() { control_.pedal.fill(Held('d') && !view_.paused); }
 
 void TrainerInput::MoveScope(double up, double right, double insertion, double roll, double zoom) {
   if (up == 0 && right == 0 && insertion == 0 && roll == 0 && zoom == 1) return;

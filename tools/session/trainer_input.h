@@ -24,10 +24,11 @@ namespace hpdm {
 ///     t, g, f, h                     move the second hand's tip up, down, left, right
 ///     y, b; c, n; v                  push it in, pull it out; roll it; close or open its jaws
 ///     gamepad                        the same: left stick, triggers, right stick, lower button
+///     d                              presses the pedal of all instruments while held
 ///     Tab; 1, 2; x                   next instrument; that instrument; its next exchange
 ///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
 ///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
-///     o, p, s, r, F1                 overlays, pause, screenshot, recording, help
+///     o, i, p, s, r, F1              overlays, guidance, pause, screenshot, recording, help
 ///     Space or a click               captures the cursor; Space lets it go
 ///     Esc                            ends the session
 ///
@@ -79,6 +80,7 @@ class TrainerInput {
   /// Returns the hand that the keyboard and the gamepad move; -1: none.
   int SecondHand() const;
   void UpdateJaw();
+  void UpdatePedal();
   Vector3d FollowOnScreen(const Vector3d& p_W, const MotionEvent& motion) const;
   double PixelsAcross() const;
 

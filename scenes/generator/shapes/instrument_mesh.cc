@@ -170,6 +170,37 @@ SurfaceMesh GrasperJaw(double pivot, bool second) {
   return solid.Mesh();
 }
 
+/// Returns a clip applier's jaw at x > 0: a bar with a channel for the leg of a clip, bent inwards at
+/// its tip.
+SurfaceMesh ClipJaw(double pivot) {
+  struct Section {
+    double z, face, back, half_width;
+  };
+  constexpr std::array<Section, 12> kSections = {{{-2.5, 0.1, 0.7, 0.6},
+                                                  {-2.3, 0.05, 1.0, 0.85},
+                                                  {-1.7, 0.05, 1.25, 1.0},
+                                                  {-1.2, 0.3, 1.4, 1.05},
+                                                  {0.5, 0.35, 1.5, 1.1},
+                                                  {2.5, 0.35, 1.55, 1.15},
+                                                  {4.5, 0.35, 1.6, 1.2},
+                                                  {6.5, 0.35, 1.65, 1.2},
+                                                  {8.0, 0.35, 1.7, 1.2},
+                                                  {9.5, 0.3, 1.75, 1.2},
+                                                  {10.5, 0.2, 1.8, 1.2},
+                                                  {11.5, 0.1, 1.9, 1.2}}};
+  JawLines lines(6);
+  for (const Section& at : kSections) {
+    const double w = at.half_width, mid = 0.5 * (at.face + at.back);
+    const std::array<double, 6> x = {mid, at.back, at.back, mid, at.face, at.face};
+    const std::array<double, 6> y = {w, 0.6 * w, -0.6 * w, -w, -0.7 * w, 0.7 * w};
+    for (std::size_t k = 0; k < lines.size(); ++k) lines[k].push_back(Mm(x[k], y[k], at.z));
+  }
+  AddTang(pivot, &lines);
+  SolidBuilder solid;
+  solid.AddBar({lines[0], lines[5], lines[4], lines[3], lines[2], lines[1]});
+  return solid.Mesh();
+}
+
 /// Returns a blade of the scissors: the first at y above the shear plane, the second below.
 SurfaceMesh ScissorsBlade(double pivot, bool second) {
   // The x of the cutting edge and of the back on the shear plane, and the thickness beside it.
@@ -216,6 +247,15 @@ InstrumentMeshes Grasper() {
           .jaws = {GrasperJaw(kPivot, false), TurnedAboutZ(GrasperJaw(kPivot, true))},
           .pivot = kPivot * kMm,
           .opening = 30 * kDegree,
+          .insulated_from = (kPivot + 9.5) * kMm};
+}
+
+InstrumentMeshes ClipApplier() {
+  constexpr double kPivot = 16.5;
+  return {.rigid = ForkedShaft(kPivot),
+          .jaws = {ClipJaw(kPivot), TurnedAboutZ(ClipJaw(kPivot))},
+          .pivot = kPivot * kMm,
+          .opening = 20 * kDegree,
           .insulated_from = (kPivot + 9.5) * kMm};
 }
 
@@ -299,6 +339,8 @@ InstrumentMeshes MakeInstrument(InstrumentType type) {
       return Scissors();
     case InstrumentType::kHook:
       return Hook();
+    case InstrumentType::kClipApplier:
+      return ClipApplier();
   }
   return {.rigid = ProbeMesh(), .jaws = {}};
 }

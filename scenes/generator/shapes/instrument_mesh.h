@@ -29,6 +29,7 @@ struct InstrumentMeshes {
 ///  - kScissors: Metzenbaum, two slender blades that shear past each other on a plane curved
 ///    towards +y.
 ///  - kHook: a monopolar electrode, a wire of 1 mm bent to an L towards +x.
+///  - kClipApplier: two smooth jaws with a channel for the legs of a clip.
 InstrumentMeshes MakeInstrument(InstrumentType type);
 
 /// Returns MakeInstrument(kProbe).rigid.

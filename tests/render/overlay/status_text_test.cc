@@ -249,5 +249,53 @@ TEST(TextLayout, LeavesTheMiddleOfThePictureFree) {
   }
 }
 
+Scenery WithExercise() {
+  Scenery scenery;
+  scenery.names.exercise.emplace();
+  ExerciseOptions& exercise = *scenery.names.exercise;
+  exercise.name = "bed";
+  exercise.steps = {
+      {.name = "take"},
+      {.name = "lift", .instruction = "Lift it off the liver until the layer is tight"}};
+  exercise.errors = {{.name = "more than 4 N"}};
+  scenery.health.exercise = {
+      .present = true, .step = 1, .progress = 0.5, .time = 20.4, .time_left = 79.6, .score = 40};
+  return scenery;
+}
+
+TEST(StatusText, AnExerciseSaysWhatIsNextAndWhatWasWrong) {
+  Scenery scenery = WithExercise();
+  StatusText text = scenery.Text();
+  EXPECT_TRUE(Says(text.guidance, "2/2 Lift it off the liver until the"));
+  EXPECT_TRUE(Says(text.guidance, "layer is tight"));
+  EXPECT_TRUE(Says(text.guidance, "50 %"));
+  EXPECT_TRUE(Says(text.guidance, "80 s left, 0 errors, score 40"));
+  EXPECT_FALSE(Says(text.guidance, "4 N"));
+  scenery.health.exercise.errors = 1;
+  scenery.health.exercise.last_error = 0;
+  scenery.health.exercise.last_error_time = 18;
+  EXPECT_TRUE(Says(scenery.Text().guidance, "more than 4 N"));
+  EXPECT_TRUE(Says(scenery.Text().guidance, "1 error, "));
+  scenery.health.exercise.last_error_time = 16;
+  EXPECT_FALSE(Says(scenery.Text().guidance, "more than 4 N")) << "4.4 s ago";
+  scenery.view.guidance = false;
+  EXPECT_TRUE(scenery.Text().guidance.empty());
+}
+
+TEST(StatusText, AnExercisesEndIsShownInTheMiddle) {
+  Scenery scenery = WithExercise();
+  EXPECT_TRUE(scenery.Text().banner.empty());
+  scenery.health.exercise.ended = true;
+  EXPECT_TRUE(Says(scenery.Text().banner, "TIME IS OVER"));
+  EXPECT_TRUE(scenery.Text().guidance.empty());
+  scenery.health.exercise.passed = true;
+  scenery.health.exercise.score = 87.4;
+  EXPECT_TRUE(Says(scenery.Text().banner, "EXERCISE DONE"));
+  EXPECT_TRUE(Says(scenery.Text().banner, "score 87 of 100"));
+  scenery.view.help = true;
+  EXPECT_FALSE(Says(scenery.Text().banner, "EXERCISE DONE")) << "the keys come first";
+  EXPECT_TRUE(Scenery().Text().guidance.empty()) << "a scene without an exercise";
+}
+
 }  // namespace
 }  // namespace hpdm

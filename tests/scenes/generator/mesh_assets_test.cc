@@ -273,8 +273,9 @@ SurfaceMesh WithJaws(const InstrumentMeshes& model, double jaw) {
 }
 
 TEST(MeshAssets, InstrumentsHaveAbout562TrianglesInAllTheirParts) {
-  for (const InstrumentType type : {InstrumentType::kProbe, InstrumentType::kGrasper,
-                                    InstrumentType::kScissors, InstrumentType::kHook}) {
+  for (const InstrumentType type :
+       {InstrumentType::kProbe, InstrumentType::kGrasper, InstrumentType::kScissors,
+        InstrumentType::kHook, InstrumentType::kClipApplier}) {
     // The paper's number, to what whole teeth and segments allow.
     EXPECT_NEAR(WithJaws(MakeInstrument(type), 0).triangles.rows(), 562, 70);
   }
@@ -285,12 +286,14 @@ TEST(MeshAssets, JawsTurnWithoutTouchingEachOtherOrTheFork) {
     EXPECT_EQ(SelfIntersections(WithJaws(MakeInstrument(InstrumentType::kGrasper), jaw)), 0) << jaw;
     EXPECT_EQ(SelfIntersections(WithJaws(MakeInstrument(InstrumentType::kScissors), jaw)), 0)
         << jaw;
+    EXPECT_EQ(SelfIntersections(WithJaws(MakeInstrument(InstrumentType::kClipApplier), jaw)), 0)
+        << jaw;
   }
 }
 
 TEST(MeshAssets, TipsOfInstrumentsLieInTheirBallWhenClosed) {
-  for (const InstrumentType type :
-       {InstrumentType::kGrasper, InstrumentType::kScissors, InstrumentType::kHook}) {
+  for (const InstrumentType type : {InstrumentType::kGrasper, InstrumentType::kScissors,
+                                    InstrumentType::kHook, InstrumentType::kClipApplier}) {
     const SurfaceMesh mesh = WithJaws(MakeInstrument(type), 0);
     EXPECT_NEAR(mesh.vertices.col(2).minCoeff(), -kInstrumentRadius, 1e-9);
     for (Eigen::Index v = 0; v < mesh.vertices.rows(); ++v) {

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "engine/base/error.h"
 
 namespace hpdm {
@@ -18,7 +20,7 @@ std::vector<InstrumentOptions> TwoHands() {
 
 std::string ScriptError(const std::string& argument) {
   try {
-    ParseExchanges({argument}, TwoHands());
+    ParseControls({argument}, {}, TwoHands());
   } catch (const InputError& error) {
     return error.what();
   }
@@ -26,7 +28,7 @@ std::string ScriptError(const std::string& argument) {
 }
 
 TEST(ControlScript, ExchangesAreAskedForInTheOrderOfTheirTimes) {
-  ControlScript script = ParseExchanges({"left=left@2.5", "left=hook@1"}, TwoHands());
+  ControlScript script = ParseControls({"left=left@2.5", "left=hook@1"}, {}, TwoHands());
   TripleBuffer<SessionControl> edge;
   script.Advance(999'999'999, &edge);
   EXPECT_FALSE(edge.Update()) << "nothing is asked before its time";
@@ -48,6 +50,38 @@ TEST(ControlScript, AnInvalidExchangeIsNamedWithTheRemedy) {
   }
   EXPECT_NE(ScriptError("right=hook@1").find("the scene has left=left, left=hook, right=right"),
             std::string::npos);
+}
+
+TEST(ControlScript, APedalIsPressedBetweenItsTimesAndKeepsTheExchanges) {
+  ControlScript script = ParseControls({"left=hook@1"}, {"left@2-3.5", "right@3-4"}, TwoHands());
+  TripleBuffer<SessionControl> edge;
+  const auto at = [&](double seconds) {
+    script.Advance(std::llround(seconds * 1e9), &edge);
+    edge.Update();
+    return edge.Front();
+  };
+  EXPECT_EQ(at(1.999).pedal, (std::array<bool, 2>{false, false}));
+  EXPECT_EQ(at(2).pedal, (std::array<bool, 2>{true, false}));
+  EXPECT_EQ(at(3.2).pedal, (std::array<bool, 2>{true, true}));
+  EXPECT_EQ(at(3.5).pedal, (std::array<bool, 2>{false, true}));
+  EXPECT_EQ(at(9).pedal, (std::array<bool, 2>{false, false}));
+  EXPECT_EQ(at(9).instrument_index[0], 1);
+}
+
+TEST(ControlScript, AnInvalidPressOfAPedalIsNamedWithTheRemedy) {
+  const auto error_of = [](const std::string& argument) -> std::string {
+    try {
+      ParseControls({}, {argument}, TwoHands());
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const char* text : {"left", "left@3", "left@3-3", "left@4-3", "left@-3-4", "left@x-4"}) {
+    EXPECT_NE(error_of(text).find("give NAME@FROM-TO"), std::string::npos) << text;
+  }
+  EXPECT_EQ(error_of("hook@1-2"),
+            "--pedal hook@1-2: unknown instrument; the scene has left, right");
 }
 
 }  // namespace

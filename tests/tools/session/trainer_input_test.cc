@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -370,6 +371,42 @@ TEST_F(TrainerInputTest, OverlaysComeInTurnAndTheErrorOnlyWithAReference) {
     const std::uint32_t always = kOverlayForce | kOverlayContacts | kOverlayLattice | kOverlayText;
     EXPECT_EQ(shown, has_reference ? always | kOverlayError : always);
   }
+}
+
+TEST_F(TrainerInputTest, ThePedalIsPressedWhileItsKeyIsHeld) {
+  TrainerInput input = Input();
+  constexpr std::array<bool, kMaxInstruments> kOff{}, kOn{true, true};
+  EXPECT_EQ(input.control().pedal, kOff);
+  input.Handle(KeyEvent{'d', true});
+  EXPECT_EQ(input.control().pedal, kOn);
+  input.Handle(KeyEvent{'e', true});
+  input.Handle(KeyEvent{'e', false});
+  EXPECT_EQ(input.control().pedal, kOn) << "another key";
+  input.Handle(KeyEvent{'d', false});
+  EXPECT_EQ(input.control().pedal, kOff);
+}
+
+TEST_F(TrainerInputTest, ThePedalIsReleasedInAPauseAndWhenTheWindowLosesItsFocus) {
+  TrainerInput input = Input();
+  constexpr std::array<bool, kMaxInstruments> kOff{};
+  input.Handle(KeyEvent{'d', true});
+  Type(&input, 'p');
+  EXPECT_EQ(input.control().pedal, kOff);
+  Type(&input, 'p');
+  EXPECT_NE(input.control().pedal, kOff) << "still held";
+  input.Handle(FocusEvent{false});
+  EXPECT_EQ(input.control().pedal, kOff);
+  input.Handle(FocusEvent{true});
+  EXPECT_EQ(input.control().pedal, kOff) << "until it is pressed again";
+}
+
+TEST_F(TrainerInputTest, GuidanceIsSwitchedByItsKey) {
+  TrainerInput input = Input();
+  EXPECT_TRUE(input.view().guidance);
+  Type(&input, 'i');
+  EXPECT_FALSE(input.view().guidance);
+  Type(&input, 'i');
+  EXPECT_TRUE(input.view().guidance);
 }
 
 }  // namespace

@@ -73,9 +73,12 @@ class Driver:
     def __init__(self, instrument=0):
         self._native = _native.Driver(int(instrument))
 
-    def publish(self, joints):
-        """Sends pitch, yaw (rad), insertion (m), roll (rad) and jaw (0..1), read now."""
-        self._native.publish([float(value) for value in joints])
+    def publish(self, joints, pedal=False):
+        """Sends pitch, yaw (rad), insertion (m), roll (rad) and jaw (0..1), read now.
+
+        `pedal`: the device's button is pressed.
+        """
+        self._native.publish([float(value) for value in joints], bool(pedal))
 
     def effort(self):
         """Returns the newest effort: pitch, yaw (N m), insertion (N). Zero after 50 ms of silence."""

@@ -183,9 +183,20 @@ class Session(Closing):
         """The scene's attachments after the last step, a list of dicts in its order (copies):
 
         "a", "b": the organs' names; "load": 3, N, force of the layer on b; "damage": M, 0 whole .. 1
-        torn, of its samples, and "area": M, m^2; "freed_area": m^2; "dissipated": J.
+        torn, of its samples, "area": M, m^2, and "points": M x 3, m, their places between the organs; "freed_area": m^2, and of it
+        "burnt_area" and "cut_area"; "dissipated": J.
         """
         return self._native.attachments()
+
+    @property
+    def exercise(self):
+        """The judgement of the scene's exercise after the last step, a dict (copies); or None:
+
+        "step": number of steps done of "steps"; "progress": of the present one, 0..1; "step_times":
+        s; "errors": list of dicts with "name", "time" (s), "step", "hand" and "organ" (index or
+        -1), "place" (3, m) and "force" (N); "time": s; "score": 0..100; "ended"; "passed".
+        """
+        return self._native.exercise()
 
     def events(self):
         """Returns the events since the last call: (time in s, severity, name, text)."""
@@ -226,6 +237,10 @@ class Session(Closing):
     def exchange(self, instrument, held):
         """Gives a hand its instrument number `held` (0: the first) once its tip is free."""
         self._native.exchange(_index(self.scene.instruments, instrument, "instrument"), int(held))
+
+    def press(self, instrument, pressed=True):
+        """Presses or releases the pedal of a hand from the next step on: an energised hook burns."""
+        self._native.press(_index(self.scene.instruments, instrument, "instrument"), bool(pressed))
 
     def render(self, width=640, height=480, depth=False, organs=False):
         """Draws the last step through the scene's laparoscope.

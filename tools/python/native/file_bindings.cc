@@ -190,10 +190,10 @@ class Driver {
     lcm_->subscribeFunction("HPDM_FORCE", &Driver::Take, this);
   }
 
-  void Publish(const std::array<double, 5>& joints) {
+  void Publish(const std::array<double, 5>& joints, bool pedal) {
     process_.Require("the driver's connection");
     const std::int64_t now = Now();
-    device_t reading{++sequence_, now, instrument_, {}, true};
+    device_t reading{++sequence_, now, instrument_, {}, true, pedal};
     std::copy(joints.begin(), joints.end(), reading.joints);
     if (lcm_->publish("HPDM_DEVICE", &reading) != 0) FailState("the reading was not sent");
   }
@@ -274,7 +274,7 @@ void BindFiles(py::module_* module) {
   module->def("plan", &Plan);
   py::class_<Driver>(*module, "Driver")
       .def(py::init<int>())
-      .def("publish", &Driver::Publish)
+      .def("publish", &Driver::Publish, py::arg("joints"), py::arg("pedal") = false)
       .def("effort", &Driver::Effort);
 }
 

@@ -172,12 +172,63 @@ class NativeSession {
         one["load"] = Array(3, outcome.load_W.data());
         one["damage"] = Array(damage.size(), damage.data());
         one["area"] = Array(bed.areas.size(), bed.areas.data());
+        const Points points = PlacesOf(link.joint(), l);
+        one["points"] = py::array_t<double>({points.rows(), Eigen::Index{3}}, points.data());
         one["freed_area"] = outcome.freed_area;
+        one["burnt_area"] = outcome.burnt_area;
+        one["cut_area"] = outcome.cut_area;
         one["dissipated"] = outcome.dissipated;
         attachments[ToSize(bed.index)] = one;
       }
     }
     return attachments;
+  }
+  // None in a scene without an exercise.
+  py::object Exercise() {
+    const OneCaller caller(&busy_, kWhat);
+    const std::optional<ExerciseEvaluator>& exercise = session().exercise();
+    if (!exercise) return py::none();
+    const ExerciseResult& result = exercise->result();
+    const ExerciseStatus status = exercise->Status();
+    py::list errors;
+    for (const ExerciseError& error : result.errors) {
+      py::dict one;
+      one["name"] = exercise->options().errors[ToSize(error.rule)].name;
+      one["time"] = error.time;
+      one["step"] = error.step;
+      one["hand"] = error.hand;
+      one["organ"] = error.organ;
+      one["place"] = Array(3, error.place_W.data());
+      one["force"] = error.force;
+      errors.append(one);
+    }
+    py::dict all;
+    all["step"] = status.step;
+    all["steps"] = exercise->options().steps.size();
+    all["progress"] = status.progress;
+    all["step_times"] = result.step_times;
+    all["errors"] = errors;
+    all["time"] = result.time;
+    all["score"] = result.score;
+    all["ended"] = result.ended;
+    all["passed"] = result.passed;
+    return all;
+  }
+  // M x 3, m: the middles of a bed's samples between the two organs now.
+  Points PlacesOf(const AttachmentJoint& joint, std::size_t layer) const {
+    const AttachmentJoint::Layer& joined = joint.layers()[layer];
+    Points places = Points::Zero(joined.bed.size(), 3);
+    for (std::size_t side = 0; side < 2; ++side) {
+      const auto o = ToSize(joint.members()[ToSize(joined.members[side])].organ);
+      const OrganState& organ = session().organ(o);
+      const Triangles& triangles = session().model().organs()[o].rest().triangles;
+      for (int i = 0; i < joined.bed.size(); ++i) {
+        const SurfacePoint& at = joined.bed.surface_points[side][ToSize(i)];
+        places.row(i) +=
+            0.5 * (at.Position(organ.vertices, triangles) + organ.offset_W).transpose();
+      }
+    }
+    return places;
   }
   Array TickForces() {
     const OneCaller caller(&busy_, kWhat);
@@ -208,6 +259,13 @@ class NativeSession {
                 scene.instruments[instrument].name + "\": it has " + std::to_string(count));
     }
     session().Exchange(instrument, held);
+  }
+  void Press(std::size_t instrument, bool pressed) {
+    const OneCaller caller(&busy_, kWhat);
+    if (instrument >= session().model().scene().instruments.size()) {
+      FailIndex("there is no such instrument");
+    }
+    session().Press(instrument, pressed);
   }
 
  private:
@@ -269,9 +327,11 @@ void BindSessions(py::module_* module) {
       .def("organ_forces", &NativeSession::OrganForces)
       .def("organ", &NativeSession::Organ)
       .def("attachments", &NativeSession::Attachments)
+      .def("exercise", &NativeSession::Exercise)
       .def("tick_forces", &NativeSession::TickForces)
       .def("events", &NativeSession::Events)
       .def("exchange", &NativeSession::Exchange)
+      .def("press", &NativeSession::Press)
       .def("flags", [](const NativeSession& session) { return session.session().record().flags; })
       .def("steps", [](const NativeSession& session) { return session.session().steps(); })
       .def("time",

@@ -97,6 +97,8 @@ constexpr TableColumn kAttachmentColumns[] = {{"name", "TEXT", "/name"},
                                               {"peak_load_N", "REAL", "/peak_load_N"},
                                               {"largest_damage", "REAL", "/largest_damage"},
                                               {"freed_area_m2", "REAL", "/freed_area_m2"},
+                                              {"burnt_area_m2", "REAL", "/burnt_area_m2"},
+                                              {"cut_area_m2", "REAL", "/cut_area_m2"},
                                               {"dissipated_J", "REAL", "/dissipated_J"}};
 
 template <std::size_t... kSizes>

@@ -113,6 +113,32 @@ const char* SeverityName(EventSeverity severity) {
   }
 }
 
+Json ExerciseToJson(const ExerciseReport& exercise, const std::vector<std::string>& organs) {
+  const ExerciseOptions& options = exercise.options;
+  const ExerciseResult& result = exercise.result;
+  Json steps = Json::array(), errors = Json::array();
+  for (std::size_t s = 0; s < options.steps.size(); ++s) {
+    steps.push_back(
+        {{"name", options.steps[s].name},
+         {"done_s", s < result.step_times.size() ? Json(result.step_times[s]) : Json(nullptr)}});
+  }
+  for (const ExerciseError& error : result.errors) {
+    const ExerciseErrorOptions& rule = options.errors[static_cast<std::size_t>(error.rule)];
+    const auto organ = static_cast<std::size_t>(error.organ);
+    errors.push_back(
+        {{"name", rule.name},
+         {"time_s", error.time},
+         {"points", rule.points},
+         {"hand", error.hand < 0 ? Json(nullptr) : Json(error.hand)},
+         {"organ", error.organ < 0 || organ >= organs.size() ? Json(nullptr) : Json(organs[organ])},
+         {"place_m", {error.place_W.x(), error.place_W.y(), error.place_W.z()}},
+         {"force_N", error.force}});
+  }
+  return {{"name", options.name},  {"score", result.score}, {"passed", result.passed},
+          {"ended", result.ended}, {"time_s", result.time}, {"steps", steps},
+          {"errors", errors}};
+}
+
 }  // namespace
 
 Json ToJson(const SessionReport& report) {
@@ -136,8 +162,11 @@ Json ToJson(const SessionReport& report) {
                                    {"peak_load_N", attachment.peak_load},
                                    {"largest_damage", attachment.largest_damage},
                                    {"freed_area_m2", attachment.freed_area},
+                                   {"burnt_area_m2", attachment.burnt_area},
+                                   {"cut_area_m2", attachment.cut_area},
                                    {"dissipated_J", attachment.dissipated}});
   }
+  if (report.exercise) json["exercise"] = ExerciseToJson(*report.exercise, report.organs);
   json["latencies"] = Json::array();
   for (const LatencyReport& latency : report.latencies) {
     if (latency.count > 0) json["latencies"].push_back(LatencyToJson(latency));

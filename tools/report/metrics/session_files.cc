@@ -105,12 +105,13 @@ SessionFiles FindSessionFiles(const fs::path& path) {
   const fs::path scene = FileInside(files.log.parent_path(), "scene.toml");
   files.instruments = SceneInstruments(scene);
   files.attachments = SceneAttachments(scene);
+  files.exercise = SceneExercise(scene);
   return files;
 }
 
 SessionReading ReadSession(const SessionFiles& files, double force_limit, double depth_limit) {
   SessionReading reading =
-      ReadSession(files.log.string(), force_limit, files.instruments, depth_limit);
+      ReadSession(files.log.string(), force_limit, files.instruments, depth_limit, files.exercise);
   reading.report.scene = files.scene;
   std::vector<AttachmentReport>& attachments = reading.report.attachments;
   if (attachments.size() == files.attachments.size()) {

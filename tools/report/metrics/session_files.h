@@ -28,7 +28,8 @@ struct SessionFiles {
   std::vector<std::string> missing;      ///< Names of missing files.
   /// Names from scene.toml beside the log (SceneInstruments).
   std::vector<std::vector<std::string>> instruments;
-  std::vector<std::string> attachments;  ///< The same (SceneAttachments).
+  std::vector<std::string> attachments;     ///< The same (SceneAttachments).
+  std::optional<ExerciseOptions> exercise;  ///< The same (SceneExercise).
 };
 
 /// Finds the files of `path`, a session's folder or a bare .lcmlog. Throws InputError if there is

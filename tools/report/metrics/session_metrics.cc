@@ -50,9 +50,13 @@ class Sequence {
 /// Collects everything but the ticks while a log is read.
 class LogSummary {
  public:
+  explicit LogSummary(const std::optional<ExerciseOptions>& exercise) {
+    if (exercise) exercise_.emplace(*exercise);
+  }
+
   void Visit(const LogEvent& event) {
     ++events_;
-    if (event.channel == kContactChannel && Read(event, &contact_)) AddAttachments();
+    if (event.channel == kContactChannel && Read(event, &contact_)) AddStep();
     if (event.channel == kOrganChannel) Read(event, &organ_);
     if (event.channel == kMeshChannel && Read(event, &mesh_) && mesh_.organ >= 0 &&
         mesh_.organ < kMaxOrgans) {
@@ -82,6 +86,7 @@ class LogSummary {
     report.stolen = stolen_;
     report.steps_shed = steps_shed_;
     report.attachments = attachments_;
+    if (exercise_) report.exercise = {exercise_->options(), exercise_->result()};
     report.events = std::move(session_events_);
     for (std::size_t k = 0; k < kLatencyCount; ++k) report.latencies[k] = Latency(k);
     for (const auto& [number, organ] : organs_) {
@@ -121,10 +126,11 @@ class LogSummary {
     epoch_us_ = time_us - time_ns / 1000;
   }
 
-  void AddAttachments() {
+  void AddStep() {
     StepSample sample;
     std::int64_t visible_tick = kNeverVisible;
     if (!FromMessage(contact_, &sample, &visible_tick)) return;
+    if (exercise_) exercise_->Add(sample);
     attachments_.resize(std::max(attachments_.size(), ToSize(sample.attachment_count)));
     for (int a = 0; a < sample.attachment_count; ++a) {
       const AttachmentOutcome& now = sample.attachments[a];
@@ -133,6 +139,8 @@ class LogSummary {
       report.peak_load = std::max(report.peak_load, now.load_W.norm());
       report.largest_damage = now.largest_damage;
       report.freed_area = now.freed_area;
+      report.burnt_area = now.burnt_area;
+      report.cut_area = now.cut_area;
       report.dissipated = now.dissipated;
     }
   }
@@ -201,6 +209,7 @@ class LogSummary {
   std::map<std::string, Sequence> sequences_;
   std::map<std::int32_t, Organ> organs_;
   std::vector<AttachmentReport> attachments_;
+  std::optional<ExerciseEvaluator> exercise_;
   bool epoch_known_ = false, closed_ = false;
   std::int64_t epoch_us_ = 0;
   std::string start_text_;
@@ -235,8 +244,8 @@ std::vector<std::string> LogReport::Faults() const {
 
 SessionReading ReadSession(const std::string& log, double force_limit,
                            const std::vector<std::vector<std::string>>& instruments,
-                           double depth_limit) {
-  LogSummary log_summary;
+                           double depth_limit, const std::optional<ExerciseOptions>& exercise) {
+  LogSummary log_summary(exercise);
   TickReader reader(log, [&log_summary](const LogEvent& event) { log_summary.Visit(event); });
   SessionTicks ticks({force_limit, depth_limit},
                      reader.log().size() / kMinTickBytes + kSilentPeaks);

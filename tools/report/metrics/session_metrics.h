@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "engine/base/handling_limits.h"
+#include "engine/exercise/exercise_evaluator.h"
 #include "engine/snapshots.h"
 #include "engine/threads/latency.h"
 #include "engine/threads/loop_event.h"
@@ -72,7 +73,15 @@ struct AttachmentReport {
   double peak_load = 0;       ///< N, largest force of the layer on an organ.
   double largest_damage = 0;  ///< 0..1, at the end.
   double freed_area = 0;      ///< m^2, at the end.
+  double burnt_area = 0;      ///< m^2 of it.
+  double cut_area = 0;        ///< m^2 of it. The rest is torn.
   double dissipated = 0;      ///< J, at the end.
+};
+
+/// The scene's exercise, judged by the log.
+struct ExerciseReport {
+  ExerciseOptions options;
+  ExerciseResult result;
 };
 
 struct SessionEvent {
@@ -114,6 +123,7 @@ struct SessionReport {
   std::vector<std::string> organs;          ///< Names by index.
   std::vector<HandReport> hands;
   std::vector<AttachmentReport> attachments;  ///< In the scene's order.
+  std::optional<ExerciseReport> exercise;     ///< Of a scene with one.
   std::optional<double> both_moving;          ///< s in which both tips move; only with two hands.
   std::uint64_t ticks = 0;
   int output_interval = 1;      ///< Ticks that share an output in a thinned log (--log-rate).
@@ -150,10 +160,12 @@ struct SessionReading {
 
 /// Reads a session's log once. The intact part of a damaged log counts. `force_limit` in N,
 /// `depth_limit` in m. `instruments` (SceneInstruments) names the instruments that the ticks hold.
-/// If they are another session's, or none, exchanges are named by number: "exchange 1". Throws
+/// If they are another session's, or none, exchanges are named by number: "exchange 1". `exercise` is
+/// judged by the log. Throws
 /// InputError if the file cannot be read or contains no haptic tick.
 SessionReading ReadSession(const std::string& log, double force_limit = kDefaultForceLimit,
                            const std::vector<std::vector<std::string>>& instruments = {},
-                           double depth_limit = kDefaultDepthLimit);
+                           double depth_limit = kDefaultDepthLimit,
+                           const std::optional<ExerciseOptions>& exercise = {});
 
 }  // namespace hpdm

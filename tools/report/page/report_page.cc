@@ -33,19 +33,81 @@ std::string AttachmentTable(const SessionReport& report) {
   std::string html =
       "<div class=\"wide\"><table><thead><tr><th>Attachment of</th>"
       "<th class=\"number\">peak load, N</th><th class=\"number\">largest damage</th>"
-      "<th class=\"number\">freed, cm\u00b2</th><th class=\"number\">torn with, mJ</th>"
+      "<th class=\"number\">freed, cm\u00b2</th><th class=\"number\">of it burnt</th>"
+      "<th class=\"number\">cut</th><th class=\"number\">torn with, mJ</th>"
       "</tr></thead><tbody>\n";
   for (const AttachmentReport& attachment : report.attachments) {
     html += "<tr><th scope=\"row\">" + EscapeHtml(attachment.name) + "</th>";
     for (const std::string& value :
          {Format("%.2f", attachment.peak_load), Format("%.2f", attachment.largest_damage),
-          Format("%.2f", 1e4 * attachment.freed_area),
-          Format("%.2f", 1e3 * attachment.dissipated)}) {
+          Format("%.2f", 1e4 * attachment.freed_area), Format("%.2f", 1e4 * attachment.burnt_area),
+          Format("%.2f", 1e4 * attachment.cut_area), Format("%.2f", 1e3 * attachment.dissipated)}) {
       html += "<td class=\"number\">" + value + "</td>";
     }
     html += "</tr>\n";
   }
   return html + "</tbody></table></div>\n";
+}
+
+// The outcome, the times of the steps, the errors, and how the score is made.
+std::string ExercisePanel(const SessionReport& report) {
+  const ExerciseOptions& options = report.exercise->options;
+  const ExerciseResult& result = report.exercise->result;
+  std::string html;
+  if (!options.goal.empty()) html += "<p>" + EscapeHtml(options.goal) + "</p>\n";
+  const char* outcome = result.passed  ? "All steps were done"
+                        : result.ended ? "The time was over"
+                                       : "The session ended before the exercise";
+  html += Format("<p><b>Score %.1f of 100.</b> %s after %.1f s of %.0f s, with %zu %s.</p>\n",
+                 result.score, outcome, result.time, options.time_limit, result.errors.size(),
+                 result.errors.size() == 1 ? "error" : "errors");
+  html +=
+      "<div class=\"wide\"><table><thead><tr><th>Step</th><th class=\"number\">done after, s</th>"
+      "<th class=\"number\">took, s</th></tr></thead><tbody>\n";
+  for (std::size_t s = 0; s < options.steps.size(); ++s) {
+    const bool done = s < result.step_times.size();
+    const double before = s == 0 || !done ? 0 : result.step_times[s - 1];
+    html += "<tr><th scope=\"row\">" + EscapeHtml(options.steps[s].name) + "</th>";
+    for (const std::string& value :
+         {done ? Format("%.1f", result.step_times[s]) : std::string("\u2013"),
+          done ? Format("%.1f", result.step_times[s] - before) : std::string("\u2013")}) {
+      html += "<td class=\"number\">" + value + "</td>";
+    }
+    html += "</tr>\n";
+  }
+  html += "</tbody></table></div>\n";
+  if (!result.errors.empty()) {
+    html +=
+        "<div class=\"wide\"><table><thead><tr><th>Error</th><th class=\"number\">at, s</th>"
+        "<th>Hand</th><th>Organ</th><th class=\"number\">N</th><th>Place, mm</th>"
+        "<th class=\"number\">points</th></tr></thead><tbody>\n";
+  }
+  for (const ExerciseError& error : result.errors) {
+    const ExerciseErrorOptions& rule = options.errors[static_cast<std::size_t>(error.rule)];
+    const auto name = [](int index, const auto& names, const auto& of) -> std::string {
+      const auto at = static_cast<std::size_t>(index);
+      return index < 0 || at >= names.size() ? "\u2013" : of(names[at]);
+    };
+    html += "<tr><th scope=\"row\">" + EscapeHtml(rule.name) + "</th>" +
+            Format("<td class=\"number\">%.1f</td>", error.time) + "<td>" +
+            EscapeHtml(name(error.hand, report.hands, [](const auto& h) { return h.name; })) +
+            "</td><td>" +
+            EscapeHtml(name(error.organ, report.organs, [](const auto& o) { return o; })) +
+            "</td>" +
+            Format(
+                "<td class=\"number\">%.2f</td><td>%.0f, %.0f, %.0f</td>"
+                "<td class=\"number\">%g</td></tr>\n",
+                error.force, 1e3 * error.place_W.x(), 1e3 * error.place_W.y(),
+                1e3 * error.place_W.z(), -rule.points);
+  }
+  if (!result.errors.empty()) html += "</tbody></table></div>\n";
+  return html +
+         Format(
+             "<p class=\"note\">Steps give up to %g points, the time up to %g: all of them up to "
+             "%.0f s, none at %.0f s or with a step left. Errors take theirs off. The score says "
+             "how this exercise was done, not how well somebody operates.</p>\n",
+             ExerciseEvaluator::kStepPoints, ExerciseEvaluator::kTimePoints, options.target_time,
+             options.time_limit);
 }
 
 std::string OrganTable(const SessionReport& report) {
@@ -267,6 +329,10 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
   const SessionReport& report = reading.report;
   const Json json = ToJson(report);
   std::string body = Header(report, files);
+  if (report.exercise) {
+    body += Panel("exercise", "Exercise: " + EscapeHtml(report.exercise->options.name),
+                  ExercisePanel(report));
+  }
   std::string metrics =
       against == nullptr ? FiguresTable(report) : ComparedFigures(report, *against);
   if (report.both_moving) {

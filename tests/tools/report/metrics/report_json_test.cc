@@ -63,5 +63,49 @@ TEST(ReportJson, KeysCarryUnits) {
   EXPECT_EQ(json["log_health"]["sound"], true);
 }
 
+// A touch that is too strong, then a soft one: the report of the log judges as the session did.
+TEST(ReportJson, AnExerciseIsJudgedByTheLogAsItWasInTheSession) {
+  ExerciseOptions exercise;
+  exercise.name = "touch";
+  exercise.time_limit = 10;
+  exercise.target_time = 0.1;
+  ExerciseStepOptions touch{.name = "touch", .touches = ExerciseContact{1, {}}};
+  touch.force = 2;
+  touch.time = 0.2;
+  exercise.steps = {touch, {.name = "again", .force = 1.0 / 3}};
+  exercise.errors = {{.name = "too strong", .limit = 3, .points = 7}};
+  MadeSession session({"probe"}, {}, exercise);
+  const auto press = [&](double force, int steps) {
+    for (int step = 0; step < steps; ++step) {
+      session.Press(33, force, 1);
+      session.PressStep(force, 1);
+    }
+  };
+  press(3.1, 5);
+  press(1.0 / 3, 6);
+  EXPECT_FALSE(session.telemetry().ExerciseEnded());
+  press(1.0 / 3, 10);
+  EXPECT_TRUE(session.telemetry().ExerciseEnded());
+  const ExerciseResult live = session.telemetry().Summary().exercise.value();
+  const SessionReport report = session.Finish().report;
+  ASSERT_TRUE(report.exercise.has_value());
+  const ExerciseResult& read = report.exercise->result;
+  EXPECT_TRUE(live.passed);
+  EXPECT_EQ(read.score, live.score);
+  EXPECT_EQ(read.step_times, live.step_times);
+  EXPECT_EQ(read.time, live.time);
+  ASSERT_EQ(read.errors.size(), 1u);
+  EXPECT_EQ(read.errors[0].force, live.errors[0].force);
+  const auto json = ToJson(report)["exercise"];
+  EXPECT_EQ(json["score"], live.score);
+  EXPECT_EQ(json["steps"][0]["name"], "touch");
+  EXPECT_EQ(json["steps"][0]["done_s"], live.step_times[0]);
+  EXPECT_EQ(json["errors"][0]["name"], "too strong");
+  EXPECT_EQ(json["errors"][0]["organ"], "gallbladder");
+  EXPECT_EQ(json["errors"][0]["force_N"], 3.1);
+  EXPECT_EQ(json["errors"][0]["place_m"][2], 0.03);
+  EXPECT_FALSE(ToJson(MadeSession().Finish().report).contains("exercise"));
+}
+
 }  // namespace
 }  // namespace hpdm

@@ -1,0 +1,280 @@
+#include "engine/exercise/exercise_evaluator.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace hpdm {
+namespace {
+
+bool IsOneOf(const std::vector<ExerciseTool>& tools, int hand, int instrument_index) {
+  return tools.empty() || std::ranges::any_of(tools, [&](const ExerciseTool& tool) {
+           return tool.hand == hand && tool.instrument_index == instrument_index;
+         });
+}
+
+// Visits the contacts of one tip: the main one and those on other organs.
+template <typename Visit>
+void VisitContacts(const StepSample& sample, int hand, const Visit& visit) {
+  const auto h = static_cast<std::size_t>(hand);
+  if (sample.contacts[h].organ >= 0) visit(sample.contacts[h]);
+  for (const SolvedContact& contact : sample.beside[h]) {
+    if (contact.organ >= 0) visit(contact);
+  }
+}
+
+bool Touches(const SolvedContact& contact) {
+  return contact.kind != ContactKind::kNone && contact.force_on_tissue_W.squaredNorm() > 0;
+}
+
+double LiftOf(const SolvedContact& contact) {
+  return (contact.contact_W - contact.p_original_W).norm();
+}
+
+double TornArea(const StepSample& sample, int attachment) {
+  double area = 0;
+  for (int a = 0; a < sample.attachment_count; ++a) {
+    if (attachment >= 0 && a != attachment) continue;
+    const AttachmentOutcome& layer = sample.attachments[static_cast<std::size_t>(a)];
+    area += layer.freed_area - layer.burnt_area - layer.cut_area;
+  }
+  return area;
+}
+
+}  // namespace
+
+ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
+    : options_(std::move(options)),
+      watches_(options_.errors.size()),
+      torn_(options_.errors.size(), 0) {}
+
+void ExerciseEvaluator::Add(const StepSample& sample) {
+  if (result_.ended) return;
+  if (!begun_) start_ns_ = last_ns_ = sample.step.time_ns;
+  begun_ = true;
+  const double dt = ToSeconds(sample.step.time_ns - last_ns_);
+  last_ns_ = sample.step.time_ns;
+  result_.time = ToSeconds(sample.step.time_ns - start_ns_);
+  FindErrors(sample, dt);
+  AdvanceStep(sample);
+  last_contacts_ = sample.contacts;
+  if (result_.time >= options_.time_limit) {
+    result_.time = options_.time_limit;
+    result_.ended = true;
+  }
+  result_.score = Score();
+}
+
+void ExerciseEvaluator::AdvanceStep(const StepSample& sample) {
+  const std::size_t at = result_.step_times.size();
+  if (at >= options_.steps.size()) return;
+  const ExerciseStepOptions& step = options_.steps[at];
+  const bool holds = Holds(step, sample);
+  // The first step in which the conditions hold begins the time.
+  if (!holds) {
+    holding_ = false;
+  } else if (!holding_) {
+    holding_ = true;
+    held_ = result_.time;
+  }
+  const double lasted = holding_ ? result_.time - held_ : 0;
+  progress_ = step.time > 0 ? std::min(1.0, lasted / step.time) : 0;
+  if (!holds && step.frees) {
+    const auto& layer = sample.attachments[static_cast<std::size_t>(*step.frees)];
+    progress_ = std::clamp(layer.freed_area / step.freed_area, 0.0, 1.0);
+  }
+  if (!holds || lasted < step.time) return;
+  result_.step_times.push_back(result_.time);
+  holding_ = false;
+  progress_ = 0;
+  result_.passed = result_.ended = result_.step_times.size() == options_.steps.size();
+}
+
+bool ExerciseEvaluator::Holds(const ExerciseStepOptions& step, const StepSample& sample) const {
+  bool holds = !step.holds, touches = !step.touches, released = true, gentle = true;
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const int held = sample.tools[static_cast<std::size_t>(t)].instrument_index;
+    VisitContacts(sample, t, [&](const SolvedContact& contact) {
+      const double force = contact.force_on_tissue_W.norm();
+      gentle = gentle && !(step.force && force > *step.force);
+      if (contact.kind == ContactKind::kGrasp) {
+        released = released && !(step.releases && contact.organ == *step.releases);
+        holds = holds || (contact.organ == step.holds->organ &&
+                          IsOneOf(step.holds->with, t, held) && LiftOf(contact) >= step.lift);
+      } else if (step.touches && contact.organ == step.touches->organ && Touches(contact) &&
+                 IsOneOf(step.touches->with, t, held)) {
+        touches = touches || !step.at_W || (contact.contact_W - *step.at_W).norm() <= step.within;
+      }
+    });
+  }
+  const bool freed =
+      !step.frees ||
+      (*step.frees < sample.attachment_count &&
+       sample.attachments[static_cast<std::size_t>(*step.frees)].freed_area >= step.freed_area);
+  return holds && touches && released && gentle && freed;
+}
+
+void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
+  for (std::size_t rule = 0; rule < options_.errors.size(); ++rule) {
+    switch (options_.errors[rule].kind) {
+      case ExerciseErrorKind::kForce:
+        FindForce(sample, rule);
+        break;
+      case ExerciseErrorKind::kTear:
+        FindTears(sample, rule);
+        break;
+      case ExerciseErrorKind::kBurn:
+      case ExerciseErrorKind::kStrayBurn:
+        FindBurns(sample, rule, dt);
+        break;
+      case ExerciseErrorKind::kDrop:
+        FindDrops(sample, rule);
+        break;
+      case ExerciseErrorKind::kInverted:
+        FindInversion(sample, rule);
+        break;
+    }
+  }
+}
+
+void ExerciseEvaluator::FindForce(const StepSample& sample, std::size_t rule) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  for (int t = 0; t < sample.tool_count; ++t) {
+    Watch& watch = watches_[rule][static_cast<std::size_t>(t)];
+    double largest = 0;
+    SolvedContact at;
+    VisitContacts(sample, t, [&](const SolvedContact& contact) {
+      const double force = contact.force_on_tissue_W.norm();
+      if ((error.organ >= 0 && contact.organ != error.organ) || force <= largest) return;
+      largest = force;
+      at = contact;
+    });
+    if (watch.active) {
+      if (largest < kForceBelow * error.limit) watch.active = false;
+      ExerciseError& counted = result_.errors[watch.error];
+      if (largest <= counted.force) continue;
+      counted.force = largest;
+      counted.place_W = at.contact_W;
+    } else if (largest > error.limit && AddError(rule, t, at.organ, at.contact_W, largest)) {
+      watch.active = true;
+      watch.error = result_.errors.size() - 1;
+    }
+  }
+}
+
+// A tear belongs to the hand that pulls most.
+void ExerciseEvaluator::FindTears(const StepSample& sample, std::size_t rule) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  const double torn = TornArea(sample, error.attachment);
+  if (torn - torn_[rule] < error.limit) return;
+  torn_[rule] = torn;
+  int hand = -1;
+  SolvedContact most;
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const SolvedContact& contact = sample.contacts[static_cast<std::size_t>(t)];
+    if (contact.organ < 0 || contact.force_on_tissue_W.norm() < most.force_on_tissue_W.norm()) {
+      continue;
+    }
+    most = contact;
+    hand = t;
+  }
+  AddError(rule, hand, most.organ, most.contact_W, most.force_on_tissue_W.norm());
+}
+
+void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, double dt) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const auto h = static_cast<std::size_t>(t);
+    Watch& watch = watches_[rule][h];
+    int touched = -1;
+    double force = 0;
+    bool touches_any = false;
+    VisitContacts(sample, t, [&](const SolvedContact& contact) {
+      if (!Touches(contact)) return;
+      touches_any = true;
+      if (error.organ >= 0 && contact.organ != error.organ) return;
+      touched = contact.organ;
+      force = std::max(force, contact.force_on_tissue_W.norm());
+    });
+    const bool in_place = error.kind == ExerciseErrorKind::kBurn ? touched >= 0 : !touches_any;
+    if (!IsHook(sample, t) || !sample.tools[h].pedal || sample.layer_work[h].burning > 0 ||
+        !in_place) {
+      watch = {};
+      continue;
+    }
+    watch.since += dt;
+    if (watch.active || watch.since < error.limit) continue;
+    watch.active = true;
+    AddError(rule, t, touched, sample.tools[h].X_WT.translation(), force);
+  }
+}
+
+void ExerciseEvaluator::FindDrops(const StepSample& sample, std::size_t rule) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const auto h = static_cast<std::size_t>(t);
+    const SolvedContact &before = last_contacts_[h], &now = sample.contacts[h];
+    if (before.kind != ContactKind::kGrasp || before.organ < 0) continue;
+    if (error.organ >= 0 && before.organ != error.organ) continue;
+    if (now.kind == ContactKind::kGrasp && now.organ == before.organ) continue;
+    if (LiftOf(before) <= error.limit) continue;
+    AddError(rule, t, before.organ, before.contact_W, before.force_on_tissue_W.norm());
+  }
+}
+
+void ExerciseEvaluator::FindInversion(const StepSample& sample, std::size_t rule) {
+  Watch& watch = watches_[rule][0];
+  if ((sample.step.flags & kStepInverted) == 0) {
+    if (result_.time - watch.last >= kSoundAgain) watch.active = false;
+    return;
+  }
+  watch.last = result_.time;
+  if (watch.active) return;
+  watch.active = AddError(rule, -1, -1, Vector3d::Zero(), 0);
+}
+
+bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W,
+                                 double force) {
+  if (result_.errors.size() >= kMaxErrors) return false;
+  result_.errors.push_back({static_cast<int>(rule), result_.time,
+                            static_cast<int>(result_.step_times.size()), hand, organ, place_W,
+                            force});
+  points_ += options_.errors[rule].points;
+  return true;
+}
+
+bool ExerciseEvaluator::IsHook(const StepSample& sample, int hand) const {
+  const int held = sample.tools[static_cast<std::size_t>(hand)].instrument_index;
+  return !options_.hooks.empty() && IsOneOf(options_.hooks, hand, held);
+}
+
+double ExerciseEvaluator::Score() const {
+  const double done =
+      static_cast<double>(result_.step_times.size()) / static_cast<double>(options_.steps.size());
+  double score = kStepPoints * done - points_;
+  if (result_.passed) {
+    const double late = result_.time - options_.target_time;
+    const double most = options_.time_limit - options_.target_time;
+    score += kTimePoints * (1 - std::clamp(late / most, 0.0, 1.0));
+  }
+  return std::max(0.0, score);
+}
+
+ExerciseStatus ExerciseEvaluator::Status() const {
+  ExerciseStatus status;
+  status.present = true;
+  status.step = static_cast<int>(result_.step_times.size());
+  status.progress = progress_;
+  status.time = result_.time;
+  status.time_left = options_.time_limit - result_.time;
+  status.errors = static_cast<int>(result_.errors.size());
+  if (!result_.errors.empty()) {
+    status.last_error = result_.errors.back().rule;
+    status.last_error_time = result_.errors.back().time;
+  }
+  status.score = result_.score;
+  status.ended = result_.ended;
+  status.passed = result_.passed;
+  return status;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,99 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "engine/exercise/exercise_options.h"
+#include "engine/snapshots.h"
+
+namespace hpdm {
+
+/// An error that a trainee made.
+struct ExerciseError {
+  int rule = 0;                         ///< Index in ExerciseOptions::errors.
+  double time = 0;                      ///< s since the exercise began.
+  int step = 0;                         ///< Step of the exercise.
+  int hand = -1;                        ///< -1: none.
+  int organ = -1;                       ///< -1: none.
+  Vector3d place_W = Vector3d::Zero();  ///< m.
+  double force = 0;  ///< N: of that hand on tissue; of kForce the largest until it is below.
+};
+
+/// The outcome of an exercise so far.
+struct ExerciseResult {
+  std::vector<double> step_times;  ///< s since the exercise began, of each step that is done.
+  std::vector<ExerciseError> errors;
+  double time = 0;      ///< s since the exercise began, up to its end.
+  bool ended = false;   ///< All steps are done, or the time is over.
+  bool passed = false;  ///< All steps are done.
+  double score = 0;     ///< 0..100.
+};
+
+/// Judges a session by its deformation steps. It reads nothing but logged fields of StepSample, so
+/// the session, its replay and a report of its log find the same to the last bit:
+///
+///     session:  StepSample queue --> telemetry loop --> [evaluator] --> display, end
+///     log:      HPDM_CONTACT ------------------------> [evaluator] --> report
+///
+/// The exercise begins with the first step. Forces are those on tissue at the steps; a peak between
+/// two steps is not seen. An error counts once until its condition has ended.
+///
+///     score = max(0, kStepPoints done / steps + kTimePoints share - sum of the errors' points)
+///
+/// with share = 1 up to the target time and from there linearly to 0 at the time limit, and 0 unless
+/// all steps are done. One thread; a call allocates only when a step or an error is added.
+class ExerciseEvaluator {
+ public:
+  static constexpr double kStepPoints = 80;
+  static constexpr double kTimePoints = 20;
+  /// A force error ends below this share of its limit.
+  static constexpr double kForceBelow = 0.8;
+  /// s without inverted tissue until it counts again.
+  static constexpr double kSoundAgain = 0.5;
+  static constexpr std::size_t kMaxErrors = 1000;  ///< Later ones cost nothing.
+
+  explicit ExerciseEvaluator(ExerciseOptions options);
+
+  /// Takes the next deformation step. After the end it does nothing.
+  void Add(const StepSample& sample);
+
+  const ExerciseOptions& options() const { return options_; }
+  const ExerciseResult& result() const { return result_; }
+  ExerciseStatus Status() const;
+
+ private:
+  // The state of one rule, for each hand.
+  struct Watch {
+    bool active = false;    // the error was counted and its condition has not ended
+    double since = 0;       // s that the condition has lasted
+    std::size_t error = 0;  // index of the error counted
+    double last = 0;        // s, when the condition last held
+  };
+
+  void AdvanceStep(const StepSample& sample);
+  bool Holds(const ExerciseStepOptions& step, const StepSample& sample) const;
+  void FindErrors(const StepSample& sample, double dt);
+  void FindForce(const StepSample& sample, std::size_t rule);
+  void FindTears(const StepSample& sample, std::size_t rule);
+  void FindBurns(const StepSample& sample, std::size_t rule, double dt);
+  void FindDrops(const StepSample& sample, std::size_t rule);
+  void FindInversion(const StepSample& sample, std::size_t rule);
+  bool AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W, double force);
+  bool IsHook(const StepSample& sample, int hand) const;
+  double Score() const;
+
+  ExerciseOptions options_;
+  ExerciseResult result_;
+  bool begun_ = false;
+  Nanoseconds start_ns_ = 0, last_ns_ = 0;
+  double held_ = 0;  // s that the present step's conditions have held
+  bool holding_ = false;
+  double progress_ = 0;                                      // of the present step, 0..1
+  double points_ = 0;                                        // that errors cost
+  std::vector<std::array<Watch, kMaxInstruments>> watches_;  // of each rule
+  std::vector<double> torn_;                                 // of each rule, m^2: counted so far
+  std::array<SolvedContact, kMaxInstruments> last_contacts_;
+};
+
+}  // namespace hpdm

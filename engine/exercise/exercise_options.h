@@ -1,0 +1,71 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/base/types.h"
+
+/// A scene's exercise, validated by the loader (scenes/loader/scene.h), SI units.
+namespace hpdm {
+
+/// An instrument that a hand can hold, by its numbers in the scene.
+struct ExerciseTool {
+  int hand = 0;
+  int instrument_index = 0;  ///< As in ToolPose.
+};
+
+/// A condition of one organ's contact with a hand.
+struct ExerciseContact {
+  int organ = -1;
+  std::vector<ExerciseTool> with = {};  ///< One of them; empty: any instrument.
+};
+
+/// A step of an exercise. It is done once all its conditions have held for `time` without a break.
+struct ExerciseStepOptions {
+  std::string name = {};         ///< Short: "lift the fundus".
+  std::string instruction = {};  ///< For the trainee, one sentence; empty: the name.
+
+  std::optional<ExerciseContact> holds = {};  ///< Jaws hold the organ.
+  double lift = 0;  ///< m: what they hold is at least so far from its place.
+  std::optional<ExerciseContact> touches = {};  ///< A tip presses the organ,
+  std::optional<Vector3d> at_W = {};            ///< at a place within `within` of this, m.
+  double within = 0;                            ///< m.
+  std::optional<int> frees = {};                ///< Attachment that is freed
+  double freed_area = 0;                        ///< by this area, m^2.
+  std::optional<int> releases = {};             ///< Organ that no jaws hold.
+  std::optional<double> force = {};             ///< N: no instrument exerts more on tissue.
+  double time = 0;                              ///< s.
+};
+
+enum class ExerciseErrorKind {
+  kForce,      ///< An instrument exerts more than `limit` N on tissue.
+  kTear,       ///< Pulling, not burning or cutting, frees another `limit` m^2.
+  kBurn,       ///< An energised hook is on an organ for `limit` s and burns no attachment.
+  kStrayBurn,  ///< It touches nothing for `limit` s and burns no attachment.
+  kDrop,       ///< Jaws lose an organ while it is held more than `limit` m from its place.
+  kInverted,   ///< Tissue is inverted.
+};
+
+/// Something that a trainee must avoid. Each time is an error that costs `points`.
+struct ExerciseErrorOptions {
+  ExerciseErrorKind kind = ExerciseErrorKind::kForce;
+  std::string name = {};  ///< For people: "perforation of the gallbladder".
+  double limit = 0;       ///< As the kind says.
+  int organ = -1;         ///< -1: any organ (force, burn, drop).
+  int attachment = -1;    ///< -1: all of them (tear).
+  double points = 5;
+};
+
+/// A task with steps, errors, an end and a score. exercise_evaluator.h says how it is judged.
+struct ExerciseOptions {
+  std::string name;
+  std::string goal;         ///< What the trainee must do, one sentence; may be empty.
+  double time_limit = 300;  ///< s: then the exercise ends.
+  double target_time = 0;   ///< s: up to here the time costs no points.
+  std::vector<ExerciseStepOptions> steps;
+  std::vector<ExerciseErrorOptions> errors;
+  std::vector<ExerciseTool> hooks;  ///< The scene's hooks.
+};
+
+}  // namespace hpdm

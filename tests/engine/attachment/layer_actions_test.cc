@@ -1,0 +1,241 @@
+// Instruments that burn and cut the layers between organs, in the deformation loop.
+
+#include "engine/step/layer_actions.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <numeric>
+#include <vector>
+
+#include "tests/support/bed_layer.h"
+#include "tests/support/counted_allocations.h"
+#include "tests/support/shapes.h"
+#include "tools/shared/organ_bench.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kDt = 1.0 / 30;  // s
+constexpr double kThin = 1e-4;    // m: a tool that fits into the gap without touching
+
+// A rigid plate below z = 0 and a block of 40 x 40 x 10 mm on it, joined by a layer.
+struct Bed {
+  double scale = 1;
+  double burn_energy = 1.9e6;            // J/m^2
+  Vector3d motion_W = Vector3d::Zero();  // m, of the block's support
+
+  double Area() const { return scale * scale * 0.04 * 0.04; }
+  AttachmentOptions Layer() const {
+    AttachmentOptions layer = BedLayer(
+        "block", "plate", hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, 1)}, 0.001 * scale);
+    layer.burn_energy = burn_energy;
+    return layer;
+  }
+  void AddTo(OrganBench* bench) const {
+    OrganOptions plate;
+    plate.name = "plate";
+    plate.model = OrganModelType::kRigid;
+    bench->Add(plate, GridBox(Vector3d(-0.06, -0.06, -0.01) * scale,
+                              Vector3d(0.06, 0.06, 0) * scale, {24, 24, 2}));
+    OrganOptions block;
+    block.name = "block";
+    block.material = {.young = 2e5, .poisson = 0.3};
+    block.lattice.cells = {4, 4, 2};
+    block.lattice.margin = 0.0005 * scale;
+    block.lattice.local.functions = 0;
+    block.motion = {motion_W, 0.5};
+    block.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0.008 * scale), Vector3d(1, 1, 1)}, {}});
+    bench->Add(block, GridBox(Vector3d(-0.02, -0.02, 0.0003) * scale,
+                              Vector3d(0.02, 0.02, 0.01) * scale, {16, 16, 4}));
+    bench->Attach(Layer());
+  }
+};
+
+ToolOptions With(ToolAction action) {
+  ToolOptions tool;
+  tool.geometries[0] = {.tip_radius = kThin, .shaft_radius = kThin, .action = action};
+  return tool;
+}
+
+// A tip in the gap between plate and block, its shaft along x, and its jaws in the plane of the layer.
+ToolPose InGap(double x, double y) {
+  ToolPose tool;
+  tool.X_WT.linear() << 0, 0, 1, -1, 0, 0, 0, -1, 0;  // x_T = -y, y_T = -z, z_T = x
+  tool.X_WT.translation() = Vector3d(x, y, 0.00015);
+  tool.p_trocar_W = tool.X_WT.translation() + Vector3d(0.2, 0, 0);
+  return tool;
+}
+
+const AttachmentOutcome& OutcomeOf(const OrganBench& bench) {
+  return bench.loop().links()[0].outcomes()[0];
+}
+
+// The area that the damage has taken.
+double Damaged(const OrganBench& bench) {
+  const auto damage = bench.loop().links()[0].state().damage();
+  const Eigen::VectorXd& areas = bench.loop().links()[0].joint().layers()[0].bed.areas;
+  return std::inner_product(damage.begin(), damage.end(), areas.data(), 0.0);
+}
+
+struct BurnCase {
+  double scale, burn_energy, power;
+};
+class Burning : public testing::TestWithParam<BurnCase> {};
+INSTANTIATE_TEST_SUITE_P(Cases, Burning,
+                         testing::Values(BurnCase{1, 1.9e6, 40}, BurnCase{1, 1.9e6, 13},
+                                         BurnCase{1, 0.6e6, 25}, BurnCase{2, 1.9e6, 80}));
+
+// The area burnt is power x time / energy for an area, whatever the samples.
+TEST_P(Burning, TakesTheAreaThatTheHeatVaporises) {
+  const BurnCase& c = GetParam();
+  const Bed bed{.scale = c.scale, .burn_energy = c.burn_energy};
+  OrganBench bench;
+  bed.AddTo(&bench);
+  ToolOptions hook = With(ToolAction::kBurn);
+  hook.geometries[0].power = c.power;
+  bench.Start({hook});
+  ToolPose tool = InGap(0.002, 0.001);
+  for (int step = 0; step < 5; ++step) bench.Step(tool);
+  EXPECT_EQ(Damaged(bench), 0) << "the pedal is not pressed";
+  tool.pedal = true;
+  for (int step = 1; step <= 9; ++step) {
+    bench.Step(tool);
+    const double area = c.power * step * kDt / c.burn_energy;
+    EXPECT_NEAR(Damaged(bench), area, 1e-6 * area) << step;
+  }
+  const double burnt = Damaged(bench);
+  tool.pedal = false;
+  bench.Step(tool);
+  EXPECT_EQ(Damaged(bench), burnt);
+  EXPECT_LE(OutcomeOf(bench).burnt_area, burnt);
+  EXPECT_EQ(OutcomeOf(bench).burnt_area, OutcomeOf(bench).freed_area) << "nothing tore";
+}
+
+TEST(LayerActions, HeatReachesAMillimetreAndNoFurther) {
+  const Bed bed;
+  OrganBench bench;
+  bed.AddTo(&bench);
+  bench.Start({With(ToolAction::kBurn)});
+  const Eigen::VectorXd& areas = bench.loop().links()[0].joint().layers()[0].bed.areas;
+  const double radius = std::sqrt(areas.mean() / std::numbers::pi);
+  const double reach = kThin + LayerActions::kHeatReach + radius;
+  ToolPose tool = InGap(0.02 + 1.5 * reach, 0);
+  tool.pedal = true;
+  for (int step = 0; step < 100; ++step) bench.Step(tool);
+  EXPECT_EQ(Damaged(bench), 0);
+  // A tip in one place burns what is round it, and no more.
+  tool.X_WT.translation().x() = 0;
+  for (int step = 0; step < 200; ++step) bench.Step(tool);
+  const double round = std::numbers::pi * reach * reach;
+  EXPECT_NEAR(Damaged(bench), round, 0.35 * round);
+  EXPECT_EQ(OutcomeOf(bench).burnt_area, Damaged(bench)) << "whole samples";
+}
+
+TEST(LayerActions, OtherInstrumentsDoNotBurnOrCut) {
+  for (const ToolAction action : {ToolAction::kNone, ToolAction::kClip}) {
+    const Bed bed;
+    OrganBench bench;
+    bed.AddTo(&bench);
+    bench.Start({With(action)});
+    ToolPose tool = InGap(0.01, 0);
+    tool.pedal = true;
+    bench.Step(tool);
+    tool.jaw = 0;
+    bench.Step(tool);
+    EXPECT_EQ(Damaged(bench), 0);
+  }
+}
+
+struct CutCase {
+  double jaw, y;
+};
+class Cutting : public testing::TestWithParam<CutCase> {};
+INSTANTIATE_TEST_SUITE_P(Cases, Cutting,
+                         testing::Values(CutCase{1, 0}, CutCase{0.6, 0}, CutCase{1, 0.003}));
+
+// Blades in the plane of the layer cut what lies in the triangle between them. Their tip is beyond the
+// block's edge.
+TEST_P(Cutting, TakesTheTriangleBetweenTheBlades) {
+  const CutCase& c = GetParam();
+  const Bed bed;
+  OrganBench bench;
+  bed.AddTo(&bench);
+  ToolOptions scissors = With(ToolAction::kCut);
+  scissors.geometries[0].tip_radius = 0.004;
+  bench.Start({scissors});
+  ToolPose tool = InGap(-0.0245, c.y);
+  tool.jaw = c.jaw;
+  bench.Step(tool);
+  EXPECT_EQ(Damaged(bench), 0) << "open";
+  tool.jaw = 0.05;
+  bench.Step(tool);
+  const double height = 4 * 0.004 - 0.0045;  // from the pivot to the edge
+  const double area = height * height * std::tan(c.jaw * scissors.geometries[0].opening);
+  EXPECT_NEAR(OutcomeOf(bench).cut_area, area, 0.15 * area);
+  EXPECT_EQ(OutcomeOf(bench).cut_area, OutcomeOf(bench).freed_area);
+  EXPECT_EQ(OutcomeOf(bench).burnt_area, 0);
+  const double cut = Damaged(bench);
+  tool.X_WT.translation().x() += 0.003;
+  bench.Step(tool);
+  EXPECT_EQ(Damaged(bench), cut) << "closed blades do not cut";
+}
+
+// What was burnt does not take part in the tearing: its work is the toughness times the rest.
+TEST(LayerActions, ABurntShareNeedsNoWorkToTear) {
+  const Bed bed{.motion_W = Vector3d(0, 0, 0.012)};
+  OrganBench bench;
+  bed.AddTo(&bench);
+  ToolOptions hook = With(ToolAction::kBurn);
+  hook.geometries[0].power = 5;
+  bench.Start({hook});
+  ToolPose tool = InGap(0.01, 0);
+  tool.pedal = true;
+  // The heat comes before the support has moved.
+  bench.StayAt(0);
+  for (int step = 0; step < 2; ++step) bench.Step(tool);
+  const double burnt = Damaged(bench);
+  ASSERT_GT(burnt, 3e-7);
+  ASSERT_EQ(OutcomeOf(bench).freed_area, 0) << "in part";
+  for (int step = 12; step <= 240; ++step) {
+    bench.StayAt(step / 240.0);
+    bench.Step();
+  }
+  const AttachmentOutcome& layer = OutcomeOf(bench);
+  EXPECT_NEAR(layer.freed_area, bed.Area(), 1e-9);
+  EXPECT_NEAR(layer.burnt_area, burnt, 1e-12);
+  EXPECT_NEAR(layer.dissipated, bed.Layer().toughness * (bed.Area() - burnt), 1e-9);
+}
+
+// No tool touches the organ, so only the burning calls for a solution.
+TEST(LayerActions, BurningASleepingOrganIsSeenInItsLayer) {
+  Bed bed;
+  OrganBench bench;
+  bed.AddTo(&bench);
+  bench.Start({With(ToolAction::kBurn)});
+  ToolPose tool = InGap(0, 0);
+  for (int step = 0; step < 3; ++step) bench.Step(tool);
+  EXPECT_EQ(OutcomeOf(bench).freed_area, 0);
+  tool.pedal = true;
+  for (int step = 0; step < 30; ++step) bench.Step(tool);
+  EXPECT_GT(OutcomeOf(bench).freed_area, 0) << "the step solved for sleeping organs";
+}
+
+TEST(LayerActions, StepsThatBurnAllocateNothing) {
+  if (!kCountsAllocations) GTEST_SKIP() << "the sanitizer's allocator";
+  const Bed bed;
+  OrganBench bench;
+  bed.AddTo(&bench);
+  bench.Start({With(ToolAction::kBurn)});
+  ToolPose tool = InGap(0.002, 0);
+  bench.Step(tool);
+  tool.pedal = true;
+  const long before = AllocationsOfThisThread();
+  for (int step = 0; step < 9; ++step) bench.Step(tool);
+  EXPECT_EQ(AllocationsOfThisThread(), before);
+  EXPECT_GT(Damaged(bench), 0);
+}
+
+}  // namespace
+}  // namespace hpdm

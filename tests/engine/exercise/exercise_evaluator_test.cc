@@ -1,0 +1,309 @@
+// Judgement of exercises on made steps: every kind of error with a near miss beside it.
+
+#include "engine/exercise/exercise_evaluator.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <utility>
+
+namespace hpdm {
+namespace {
+
+constexpr Nanoseconds kPeriod = 33'333'333;
+constexpr double kDt = 1e-9 * kPeriod;  // s
+enum { kLiver, kGallbladder };
+enum { kGrasper, kHook };  // hands
+
+ExerciseOptions Exercise(const ExerciseErrorOptions& error) {
+  ExerciseOptions exercise;
+  exercise.time_limit = 100;
+  exercise.target_time = 20;
+  exercise.steps.push_back({.name = "begin", .force = 100});
+  exercise.steps.push_back({.name = "free", .frees = 0, .freed_area = 1e-3});
+  exercise.errors.push_back(error);
+  exercise.hooks.push_back({kHook, 0});
+  return exercise;
+}
+
+// A session of two hands over two organs and one attachment.
+class Course {
+ public:
+  explicit Course(ExerciseOptions exercise) : evaluator_(std::move(exercise)) {
+    sample_.tool_count = 2;
+    sample_.attachment_count = 1;
+  }
+
+  // Changes the state of the session and runs it for some steps.
+  void Run(
+      int steps, const std::function<void(StepSample*)>& change = [](StepSample*) {}) {
+    change(&sample_);
+    for (int i = 0; i < steps; ++i) {
+      sample_.step.time_ns += kPeriod;
+      ++sample_.step.number;
+      evaluator_.Add(sample_);
+    }
+  }
+  const ExerciseResult& result() const { return evaluator_.result(); }
+  ExerciseStatus status() const { return evaluator_.Status(); }
+  std::size_t errors() const { return result().errors.size(); }
+
+ private:
+  StepSample sample_;
+  ExerciseEvaluator evaluator_;
+};
+
+void Touch(StepSample* sample, int hand, int organ, double force,
+           ContactKind kind = ContactKind::kPress, double lift = 0) {
+  SolvedContact& contact = sample->contacts[static_cast<std::size_t>(hand)];
+  contact = {};
+  contact.organ = organ;
+  contact.kind = kind;
+  contact.contact_W = Vector3d(0.01, 0.02, 0.03);
+  contact.p_original_W = contact.contact_W - Vector3d(0, 0, lift);
+  contact.force_on_tissue_W = Vector3d(0, force, 0);
+}
+
+struct ErrorCase {
+  std::string name;
+  ExerciseErrorOptions error;
+  std::function<void(Course*, double)> commit;  // to a size
+  double size, near_miss;
+  int organ, hand;
+  double force;
+};
+void PrintTo(const ErrorCase& c, std::ostream* out) { *out << c.name; }
+class Errors : public testing::TestWithParam<ErrorCase> {};
+
+// A press or a pull of so many N.
+void Force(Course* course, double force) {
+  course->Run(3, [&](StepSample* s) { Touch(s, kGrasper, kLiver, force); });
+}
+void ForceBeside(Course* course, double force) {
+  course->Run(3, [&](StepSample* s) {
+    Touch(s, kHook, kGallbladder, 1);
+    s->beside[kHook][1] = s->contacts[kHook];
+    s->beside[kHook][1].organ = kLiver;
+    s->beside[kHook][1].force_on_tissue_W = Vector3d(0, 0, force);
+  });
+}
+// A pull that frees so many m^2, beside as much that is burnt and cut.
+void Tear(Course* course, double area) {
+  course->Run(2, [&](StepSample* s) {
+    Touch(s, kHook, kLiver, 0.5);
+    Touch(s, kGrasper, kGallbladder, 1.5, ContactKind::kGrasp, 0.02);
+    s->attachments[0].freed_area = 3 * area;
+    s->attachments[0].burnt_area = s->attachments[0].cut_area = area;
+  });
+}
+// A hook that is energised on the gallbladder, or in the air, for so many s.
+void Burn(Course* course, double seconds) {
+  course->Run(1, [&](StepSample* s) { Touch(s, kHook, kGallbladder, 0.2); });
+  course->Run(static_cast<int>(seconds / kDt),
+              [&](StepSample* s) { s->tools[kHook].pedal = true; });
+  course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
+}
+void BurnAir(Course* course, double seconds) {
+  course->Run(static_cast<int>(seconds / kDt),
+              [&](StepSample* s) { s->tools[kHook].pedal = true; });
+  course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
+}
+// Jaws that open on what they hold so many m from its place.
+void Drop(Course* course, double lift) {
+  course->Run(
+      5, [&](StepSample* s) { Touch(s, kGrasper, kGallbladder, 1.25, ContactKind::kGrasp, lift); });
+  course->Run(5, [&](StepSample* s) { Touch(s, kGrasper, kGallbladder, 0, ContactKind::kNone); });
+}
+void Invert(Course* course, double flag) {
+  course->Run(3, [&](StepSample* s) { s->step.flags = flag > 0 ? kStepInverted : kStepShed; });
+}
+
+const ErrorCase kCases[] = {
+    {"force", {ExerciseErrorKind::kForce, "", 4}, Force, 4.01, 3.99, kLiver, kGrasper, 4.01},
+    {"force_of_a_further_contact",
+     {ExerciseErrorKind::kForce, "", 4, kLiver},
+     ForceBeside,
+     4.01,
+     3.99,
+     kLiver,
+     kHook,
+     4.01},
+    {"tear",
+     {ExerciseErrorKind::kTear, "", 2e-5},
+     Tear,
+     2.01e-5,
+     1.99e-5,
+     kGallbladder,
+     kGrasper,
+     1.5},
+    {"burn",
+     {ExerciseErrorKind::kBurn, "", 0.3, kGallbladder},
+     Burn,
+     0.34,
+     0.29,
+     kGallbladder,
+     kHook,
+     0.2},
+    {"stray_burn", {ExerciseErrorKind::kStrayBurn, "", 0.5}, BurnAir, 0.54, 0.49, -1, kHook, 0},
+    {"drop",
+     {ExerciseErrorKind::kDrop, "", 0.012},
+     Drop,
+     0.0121,
+     0.0119,
+     kGallbladder,
+     kGrasper,
+     1.25},
+    {"inverted", {ExerciseErrorKind::kInverted, "", 0}, Invert, 1, 0, -1, -1, 0},
+};
+INSTANTIATE_TEST_SUITE_P(Cases, Errors, testing::ValuesIn(kCases),
+                         [](const auto& param_info) { return param_info.param.name; });
+
+TEST_P(Errors, IsFoundOnceWithItsTimePlaceAndForce) {
+  const ErrorCase& c = GetParam();
+  Course course(Exercise(c.error));
+  course.Run(30);
+  c.commit(&course, c.size);
+  ASSERT_EQ(course.errors(), 1u);
+  const ExerciseError& error = course.result().errors[0];
+  EXPECT_EQ(error.organ, c.organ);
+  EXPECT_EQ(error.hand, c.hand);
+  EXPECT_DOUBLE_EQ(error.force, c.force);
+  EXPECT_GE(error.time, 29 * kDt);
+  EXPECT_LE(error.time, course.result().time);
+  EXPECT_EQ(course.status().last_error, 0);
+  EXPECT_EQ(course.status().errors, 1);
+  EXPECT_EQ(error.step, 1);
+  EXPECT_DOUBLE_EQ(course.result().score, 40 - 5) << "one step of two";
+}
+
+TEST_P(Errors, ANearMissIsNotFlagged) {
+  const ErrorCase& c = GetParam();
+  Course course(Exercise(c.error));
+  course.Run(30);
+  c.commit(&course, c.near_miss);
+  EXPECT_EQ(course.errors(), 0u);
+  EXPECT_DOUBLE_EQ(course.result().score, 40);
+}
+
+TEST(ExerciseEvaluator, AForceCountsAgainAfterItHasFallen) {
+  Course course(Exercise({ExerciseErrorKind::kForce, "", 4}));
+  for (const double force : {4.5, 3.5, 6.0, 5.0}) Force(&course, force);
+  ASSERT_EQ(course.errors(), 1u) << "3.5 N is above 80 % of the limit";
+  EXPECT_DOUBLE_EQ(course.result().errors[0].force, 6);
+  for (const double force : {3.1, 4.5}) Force(&course, force);
+  EXPECT_EQ(course.errors(), 2u);
+}
+
+TEST(ExerciseEvaluator, BurningTheLayerIsNoBurnOfAnOrganAndOtherHandsDoNotBurn) {
+  Course course(Exercise({ExerciseErrorKind::kBurn, "", 0.3}));
+  course.Run(60, [](StepSample* s) {
+    Touch(s, kHook, kGallbladder, 0.2);
+    Touch(s, kGrasper, kGallbladder, 1, ContactKind::kGrasp);
+    s->tools[kHook].pedal = s->tools[kGrasper].pedal = true;
+    s->layer_work[kHook].burning = 0.1;
+  });
+  EXPECT_EQ(course.errors(), 0u);
+  course.Run(60, [](StepSample* s) {
+    s->layer_work[kHook].burning = 0;
+    s->tools[kHook].instrument_index = 1;  // the scissors
+  });
+  EXPECT_EQ(course.errors(), 0u);
+  course.Run(60, [](StepSample* s) { s->tools[kHook].instrument_index = 0; });
+  EXPECT_EQ(course.errors(), 1u);
+}
+
+TEST(ExerciseEvaluator, ShortPressesOfThePedalDoNotAddUpButEachLongOneCounts) {
+  Course course(Exercise({ExerciseErrorKind::kBurn, "", 0.3}));
+  for (int i = 0; i < 10; ++i) Burn(&course, 0.2);
+  EXPECT_EQ(course.errors(), 0u);
+  for (int i = 0; i < 9; ++i) Burn(&course, 0.4);
+  EXPECT_EQ(course.errors(), 9u);
+  EXPECT_DOUBLE_EQ(course.result().score, 0) << "40 - 45";
+}
+
+ExerciseOptions FourSteps() {
+  ExerciseOptions exercise;
+  exercise.time_limit = 10;
+  exercise.target_time = 2;
+  ExerciseStepOptions take{.name = "take", .holds = ExerciseContact{kGallbladder, {{kGrasper, 0}}}};
+  take.time = 0.5;
+  ExerciseStepOptions lift = take;
+  lift.lift = 0.01;
+  lift.time = 0;
+  ExerciseStepOptions touch{.name = "touch", .touches = ExerciseContact{kLiver, {}}};
+  touch.at_W = Vector3d(0.01, 0.02, 0.028);
+  touch.within = 0.0021;
+  touch.force = 0.5;
+  exercise.steps = {take, lift, touch, {.name = "release", .releases = kGallbladder}};
+  return exercise;
+}
+
+TEST(ExerciseEvaluator, StepsAreDoneInTheirOrderOnceTheirConditionsHaveHeld) {
+  Course course(FourSteps());
+  const auto hold = [](double lift) {
+    return
+        [lift](StepSample* s) { Touch(s, kGrasper, kGallbladder, 1, ContactKind::kGrasp, lift); };
+  };
+  course.Run(14, hold(0.02));
+  EXPECT_EQ(course.status().step, 0);
+  course.Run(1, [](StepSample* s) { Touch(s, kGrasper, kLiver, 1, ContactKind::kGrasp); });
+  course.Run(15, hold(0.0099));
+  EXPECT_EQ(course.status().step, 0) << "the break begins the time again";
+  EXPECT_NEAR(course.status().progress, 14 * kDt / 0.5, 1e-6);
+  course.Run(2);
+  EXPECT_EQ(course.status().step, 1);
+  course.Run(5);
+  EXPECT_EQ(course.status().step, 1);
+  course.Run(1, hold(0.0101));
+  EXPECT_EQ(course.status().step, 2);
+  // The touch of 0.51 N is too strong, and so is the pull of the grasper.
+  course.Run(3, [](StepSample* s) { Touch(s, kHook, kLiver, 0.4); });
+  EXPECT_EQ(course.status().step, 2);
+  course.Run(3, [](StepSample* s) {
+    Touch(s, kGrasper, kGallbladder, 0.3, ContactKind::kGrasp, 0.01);
+    Touch(s, kHook, kLiver, 0.51);
+  });
+  EXPECT_EQ(course.status().step, 2);
+  course.Run(3, [](StepSample* s) {
+    Touch(s, kHook, kLiver, 0.4);
+    s->contacts[kHook].contact_W.x() += 0.001;
+  });
+  EXPECT_EQ(course.status().step, 2) << "beside the target";
+  course.Run(1, [](StepSample* s) { Touch(s, kHook, kLiver, 0.4); });
+  EXPECT_EQ(course.status().step, 3);
+  EXPECT_FALSE(course.result().ended);
+  EXPECT_DOUBLE_EQ(course.result().score, 60);
+  course.Run(1, [](StepSample* s) { Touch(s, kGrasper, -1, 0, ContactKind::kNone); });
+  EXPECT_TRUE(course.result().passed);
+  EXPECT_DOUBLE_EQ(course.result().score, 100) << "before the target time";
+  const double time = course.result().time;
+  course.Run(10);
+  EXPECT_EQ(course.result().time, time) << "nothing counts after the end";
+}
+
+TEST(ExerciseEvaluator, LateStepsGiveNoTimePointsAndTheLimitEndsIt) {
+  const auto hold = [](StepSample* s) {
+    Touch(s, kGrasper, kGallbladder, 0.2, ContactKind::kGrasp, 0.02);
+  };
+  const auto finish = [](StepSample* s) {
+    Touch(s, kGrasper, -1, 0, ContactKind::kNone);
+    Touch(s, kHook, kLiver, 0.4);
+  };
+  Course late(FourSteps());
+  late.Run(179, hold);
+  late.Run(1, finish);  // touched
+  late.Run(1);          // released
+  ASSERT_TRUE(late.result().passed);
+  const double share = 1 - (180 * kDt - 2) / 8;
+  EXPECT_NEAR(late.result().score, 80 + 20 * share, 1e-9);
+  Course never(FourSteps());
+  never.Run(310, hold);
+  EXPECT_TRUE(never.result().ended);
+  EXPECT_FALSE(never.result().passed);
+  EXPECT_DOUBLE_EQ(never.result().time, 10);
+  EXPECT_DOUBLE_EQ(never.result().score, 40);
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,148 @@
+#include <fstream>
+
+#include "scenes/loader/scene_names.h"
+#include "tests/support/scene_fixture.h"
+#include "tests/support/scratch_folder.h"
+
+namespace hpdm {
+namespace {
+
+const std::string kOrgans = kOrgan + R"(
+[[organ]]
+name = 'bag'
+mesh = 'm.obj'
+[[organ]]
+name = 'fat'
+mesh = 'm.obj'
+[[attachment]]
+a = 'fat'
+b = 'liver'
+sphere = { centre = [0, 0, 0], radius = 1 }
+young = 1
+thickness = 0.001
+strength = 1
+toughness = 1
+[[attachment]]
+a = 'bag'
+b = 'liver'
+sphere = { centre = [1, 0, 0], radius = 1 }
+young = 1
+thickness = 0.002
+strength = 1
+toughness = 1
+[[instrument]]
+name = 'grasper'
+type = 'grasper'
+trocar = [0, 0, 1]
+[[instrument]]
+name = 'probe'
+trocar = [0, 1, 1]
+[[instrument.exchange]]
+name = 'hook'
+type = 'hook'
+power = 55
+)";
+
+const std::string kStep = "[[exercise.step]]\nname='first'\nforce=1\n";
+
+TEST_F(SceneTest, AnExerciseHasTheValuesOfItsKeys) {
+  const Scene scene = Load(kOrgans + R"(
+[exercise]
+name = 'bed'
+goal = 'Free it.'
+time_limit = 200
+target_time = 80
+[[exercise.step]]
+name = 'take'
+instruction = 'Take the bag'
+hold = 'bag'
+hold_with = 'grasper'
+lift = 0.01
+time = 0.5
+[[exercise.step]]
+name = 'touch'
+touch = 'liver'
+touch_with = 'hook'
+at = [1, 2, 3]
+within = 0.02
+force = 0.7
+[[exercise.step]]
+name = 'free'
+free = 'liver'
+from = 'bag'
+area = 9e-4
+[[exercise.step]]
+name = 'leave'
+release = 'bag'
+[[exercise.error]]
+kind = 'tear'
+name = 'torn'
+organ = 'bag'
+limit = 3e-5
+points = 7
+[[exercise.error]]
+kind = 'burn'
+organ = 'liver'
+)");
+  ASSERT_TRUE(scene.exercise.has_value());
+  const ExerciseOptions& exercise = *scene.exercise;
+  EXPECT_EQ(exercise.name, "bed");
+  EXPECT_EQ(exercise.goal, "Free it.");
+  EXPECT_EQ(exercise.time_limit, 200);
+  EXPECT_EQ(exercise.target_time, 80);
+  ASSERT_EQ(exercise.steps.size(), 4u);
+  const ExerciseStepOptions& take = exercise.steps[0];
+  EXPECT_EQ(take.instruction, "Take the bag");
+  EXPECT_EQ(take.holds.value().organ, 1);
+  ASSERT_EQ(take.holds->with.size(), 1u);
+  EXPECT_EQ(take.holds->with[0].hand, 0);
+  EXPECT_EQ(take.holds->with[0].instrument_index, 0);
+  EXPECT_EQ(take.lift, 0.01);
+  EXPECT_EQ(take.time, 0.5);
+  EXPECT_FALSE(take.touches || take.frees || take.releases || take.force);
+  const ExerciseStepOptions& touch = exercise.steps[1];
+  EXPECT_EQ(touch.instruction, "touch") << "its name";
+  EXPECT_EQ(touch.touches.value().organ, 0);
+  EXPECT_EQ(touch.touches->with.at(0).hand, 1);
+  EXPECT_EQ(touch.touches->with.at(0).instrument_index, 1);
+  EXPECT_EQ(touch.at_W.value(), Vector3d(1, 2, 3));
+  EXPECT_EQ(touch.within, 0.02);
+  EXPECT_EQ(touch.force, 0.7);
+  EXPECT_EQ(exercise.steps[2].frees, 1) << "the bag's, not the fat's";
+  EXPECT_EQ(exercise.steps[2].freed_area, 9e-4);
+  EXPECT_EQ(exercise.steps[3].releases, 1);
+  ASSERT_EQ(exercise.errors.size(), 2u);
+  EXPECT_EQ(exercise.errors[0].kind, ExerciseErrorKind::kTear);
+  EXPECT_EQ(exercise.errors[0].name, "torn");
+  EXPECT_EQ(exercise.errors[0].attachment, 1);
+  EXPECT_EQ(exercise.errors[0].limit, 3e-5);
+  EXPECT_EQ(exercise.errors[0].points, 7);
+  EXPECT_EQ(exercise.errors[1].organ, 0);
+  EXPECT_EQ(exercise.errors[1].limit, 0.3);
+  ASSERT_EQ(exercise.hooks.size(), 1u);
+  EXPECT_EQ(exercise.hooks[0].hand, 1);
+  EXPECT_EQ(exercise.hooks[0].instrument_index, 1);
+  EXPECT_EQ(scene.instruments[1].Held(1).geometry.power, 55);
+  EXPECT_EQ(scene.attachments[1].burn_energy, 1.9e9 * 0.002);
+}
+
+TEST_F(SceneTest, AnExerciseTakesTheScenesNameAndHalfOfItsTime) {
+  const Scene scene = Load(kOrgans + "[scene]\nname='s'\n[exercise]\ntime_limit=60\n" + kStep);
+  EXPECT_EQ(scene.exercise.value().name, "s");
+  EXPECT_EQ(scene.exercise->target_time, 30);
+  EXPECT_FALSE(Load(kOrgans).exercise.has_value());
+}
+
+// A report reads the exercise of a scene whose meshes are gone.
+TEST(SceneExercise, NeedsNoMeshes) {
+  const ScratchFolder folder;
+  std::ofstream(folder / "scene.toml") << kOrgans << "[exercise]\n" << kStep;
+  const auto exercise = SceneExercise(folder / "scene.toml");
+  ASSERT_TRUE(exercise.has_value());
+  EXPECT_EQ(exercise->steps[0].name, "first");
+  EXPECT_FALSE(SceneExercise(folder / "missing.toml").has_value());
+  EXPECT_FALSE(SceneExercise("").has_value());
+}
+
+}  // namespace
+}  // namespace hpdm
