@@ -40,6 +40,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
       organ_contacts_(organs),
       joint_relaxation_(organ_contacts_.pairs()),
       layer_actions_(tools),
+      duct_actions_(tools),
       shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   organs_.reserve(organs.size());
@@ -136,6 +137,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.flags = kStepOk;
 
   const ToolState& tools = SanitisedTools(given);
+  duct_actions_.Apply(&tools_, joint_relaxation_.links());
   ChooseQuality();
   Collide(tools);
   sample_.layer_work = layer_actions_.Apply(tools, dt, organs_, joint_relaxation_.links());
@@ -264,6 +266,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
     trackers_[t].FillPatches(tools.tools[t], &organs_, &patch.tools[t]);
+    duct_actions_.FillPatch(t, tools.tools[t], joint_relaxation_.links(), organs_, &patch.tools[t]);
     for (ToolPatch& place : patch.tools[t].places) place.time_ns = tools.time_ns;
   }
 }

@@ -11,6 +11,7 @@
 #include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
 #include "engine/step/joint_relaxation.h"
+#include "engine/step/duct_actions.h"
 #include "engine/step/layer_actions.h"
 #include "engine/step/load_shedding.h"
 #include "engine/step/organ_contacts.h"
@@ -104,6 +105,7 @@ class DeformationLoop {
   OrganContacts organ_contacts_;
   JointRelaxation joint_relaxation_;
   LayerActions layer_actions_;
+  DuctActions duct_actions_;
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;

@@ -1,5 +1,6 @@
 #include "engine/attachment/attachment_link.h"
 
+#include <Eigen/LU>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -58,6 +59,21 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
       duct.SetOffset(end, offsets_W[duct.model().IsHeldByLattice(end) ? 0 : ToSize(member)]);
     }
   }
+  state_.MoveDucts(w_);
+}
+
+Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
+  const DuctState::HeldStiffness held = state_.ducts()[duct].StiffnessOf(node);
+  Matrix3d stiffness = held.node;
+  const Eigen::Index first = 3 * joint().ducts()[duct].first_mode, count = held.rows.rows();
+  state_.Refactor();
+  for (int d = 0; d < 3 && count > 0; ++d) {
+    free_.setZero();
+    free_.segment(first, count) = held.rows.col(d);
+    state_.Settle(free_);
+    stiffness.col(d) -= held.rows.transpose() * free_.segment(first, count);
+  }
+  return ((stiffness + stiffness.transpose()) / 2).inverse();
 }
 
 // Fills the columns of all sides of the members' bodies, which stay in all rounds of a step.

@@ -26,6 +26,11 @@ class AttachmentLink final : public BodyLink {
   /// After the last step, for each of the joint's layers.
   std::span<const AttachmentOutcome> outcomes() const { return outcomes_; }
 
+  /// The joint's ducts, to clip, cut and hold them between two steps.
+  std::span<DuctState> ducts() { return state_.ducts(); }
+  /// Returns the compliance of a held node of a duct with all that holds it, m/N, after a step.
+  Matrix3d ComplianceOf(std::size_t duct, int node);
+
   /// Begins a step. `offsets_W`: of the members, m; `bodies`: their numbers in the problem.
   void Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies);
   /// True if the members' offsets differ or a duct is not at rest: then none of them can sleep.

@@ -237,6 +237,11 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
       changed_ = true;
     }
   }
+  return MoveDucts(w) && settled;
+}
+
+bool AttachmentState::MoveDucts(const Eigen::VectorXd& w) {
+  bool settled = true;
   for (std::size_t d = 0; d < ducts_.size(); ++d) {
     DuctState& duct = ducts_[d];
     settled = duct.Follow(w.segment(3 * joint_->ducts()[d].first_mode, duct.unknowns())) && settled;

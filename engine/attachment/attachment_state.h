@@ -69,6 +69,8 @@ class AttachmentState {
   /// damage and the ducts' forces hardly changed, and no damaged sample opened or closed. R follows
   /// at the next Refactor().
   bool Update(const Eigen::VectorXd& w);
+  /// Moves the ducts with the modes' displacements. True if their forces hardly changed.
+  bool MoveDucts(const Eigen::VectorXd& w);
   /// Removes a share of a sample's area, at most what is left of it. Returns the share removed.
   double Burn(std::size_t layer, int sample, double share) {
     return Remove(layer, sample, share, &burnt_);

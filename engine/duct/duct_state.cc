@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 namespace hpdm {
@@ -11,6 +12,8 @@ namespace {
 constexpr double kRest = 1e-9;
 // A change of the forces that a step does not see: a share of them, and in N.
 constexpr double kSettledShare = 1e-3, kSettledForce = 1e-6;
+// A metal clip bends so much less than the tube in it.
+constexpr double kClipStiffness = 100;
 
 }  // namespace
 
@@ -87,9 +90,68 @@ void DuctState::Stabilise() {
   constant_ = forces_ - stiffness_ * w_;
 }
 
+// Returns the node nearest to an arc length that is neither beside an end nor beside a gap, or -1.
+int DuctState::InnerNodeAt(double arc) const {
+  int nearest = -1;
+  double least = 0;
+  for (int i = 2; i + 2 < rod_.nodes(); ++i) {
+    const double distance = std::abs(rod_.ArcLength(i) - arc);
+    if (nearest >= 0 && distance >= least) continue;
+    nearest = i;
+    least = distance;
+  }
+  for (int i = nearest - 2; nearest >= 0 && i <= nearest + 1; ++i) {
+    if (!rod_.IsSegment(i)) return -1;
+  }
+  return nearest;
+}
+
+bool DuctState::Clip(double arc) {
+  for (int i = 1; i + 2 < rod_.nodes(); ++i) {
+    if (!rod_.IsSegment(i) || arc < rod_.ArcLength(i) || arc >= rod_.ArcLength(i + 1)) continue;
+    if (rod_.IsStiffened(i)) return false;
+    rod_.Stiffen(i, kClipStiffness);
+    ++clips_;
+    changed_ = true;
+    return true;
+  }
+  return false;
+}
+
+int DuctState::Cut(double arc) {
+  const int node = InnerNodeAt(arc);
+  if (node < 0 || rod_.IsHeld(node) || !rod_.Cut(node)) return -1;
+  changed_ = true;
+  return node;
+}
+
+int DuctState::NodeToHold(double arc) const {
+  const int node = InnerNodeAt(arc);
+  return node < 0 || rod_.IsHeld(node) ? -1 : node;
+}
+
+void DuctState::MoveHeld(int node, const Vector3d& place_W) {
+  rod_.Hold(node, place_W);
+  changed_ = true;
+}
+
+void DuctState::Release(int node) {
+  rod_.Release(node);
+  changed_ = true;
+}
+
+DuctState::HeldStiffness DuctState::StiffnessOf(int node) {
+  const Rod::NodeStiffness stiffness = rod_.StiffnessOf(node);
+  HeldStiffness held;
+  held.node = stiffness.node;
+  held.rows = map_.transpose() * stiffness.ends;
+  return held;
+}
+
 DuctOutcome DuctState::Outcome() const {
   DuctOutcome outcome;
   outcome.load_W = -gradient_.segment<3>(6);
+  outcome.clips = clips_;
   outcome.cuts = rod_.cuts();
   for (int i = 0; i + 1 < rod_.nodes(); ++i) {
     if (!rod_.IsSegment(i)) continue;
@@ -104,8 +166,9 @@ DuctSnapshot SnapshotOf(const Rod& rod) {
   snapshot.nodes = std::min(rod.nodes(), kMaxDuctNodes);
   for (int i = 0; i < snapshot.nodes; ++i) {
     snapshot.nodes_W[ToSize(i)] = rod.node(i).cast<float>();
-    snapshot.segments[ToSize(i)] =
-        i + 1 == rod.nodes() || rod.IsSegment(i) ? SegmentState::kOpen : SegmentState::kGap;
+    if (i + 1 == rod.nodes()) continue;
+    if (rod.IsStiffened(i)) snapshot.segments[ToSize(i)] = SegmentState::kClipped;
+    if (!rod.IsSegment(i)) snapshot.segments[ToSize(i)] = SegmentState::kGap;
   }
   return snapshot;
 }

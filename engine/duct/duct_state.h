@@ -42,10 +42,33 @@ class DuctState {
   /// True if the duct is at rest: without organs' displacements it moves nothing.
   bool AtRest() const { return at_rest_; }
 
+  /// Closes the lumen by a clip at an arc length at rest, m. The segment there gets stiff. False
+  /// beyond the ends, beside one of them or in a gap, and where a clip is.
+  bool Clip(double arc);
+  /// Cuts the duct at the node nearest to an arc length at rest, m. Returns the node; those behind it
+  /// have moved on by one. -1 beside an end, a gap or jaws, and after Rod::kMaxCuts cuts.
+  int Cut(double arc);
+  /// Returns the node nearest to an arc length at rest (m) that can be held, or -1.
+  int NodeToHold(double arc) const;
+  /// Holds a node at a place from the next step.
+  void MoveHeld(int node, const Vector3d& place_W);
+  void Release(int node);
+  /// Returns the force that holds a node, N.
+  Vector3d HoldingForce(int node) const { return rod_.HoldingForce(node); }
+  /// Returns the force of a held node by its displacement (N/m), and its force on the rows w of the
+  /// ends (unknowns x 3), while the rod is in equilibrium.
+  struct HeldStiffness {
+    Matrix3d node;
+    Eigen::Matrix<double, Eigen::Dynamic, 3, 0, kMaxUnknowns, 3> rows;
+  };
+  HeldStiffness StiffnessOf(int node);
+  int clips() const { return clips_; }
+
   DuctOutcome Outcome() const;
   void FillSnapshot(DuctSnapshot* snapshot) const { *snapshot = SnapshotOf(rod_); }
 
  private:
+  int InnerNodeAt(double arc) const;
   bool FindFrames(const Eigen::Ref<const Eigen::VectorXd>& w);
   void Linearise(const Eigen::Ref<const Eigen::VectorXd>& w);
 
@@ -59,6 +82,7 @@ class DuctState {
   Vector w_, constant_, forces_;
   Matrix stiffness_;
   Rod::EndVector gradient_ = Rod::EndVector::Zero();
+  int clips_ = 0;
   bool at_rest_ = true;
   bool changed_ = true;  // since the last Follow(), besides w and the offsets
 };

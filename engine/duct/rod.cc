@@ -67,6 +67,7 @@ Rod::Rod(const Points& path_W, const TubeSection& section)
       gradient_(2 * stations_.size() + 1, Vector3d::Zero()),
       step_(gradient_),
       columns_(gradient_.size()),
+      node_columns_(gradient_.size()),
       kept_x_(stations_.size()),
       kept_R_(stations_.size()) {
   HPDM_CHECK(path_W.rows() >= 5);
@@ -135,6 +136,7 @@ bool Rod::Cut(int node) {
   ++count_;
   for (std::size_t i = count_ - 1; i > k; --i) stations_[i] = stations_[i - 1];
   stations_[k].gap = true;
+  stations_[k].stiffer = 1;
   stations_[k].force_W.setZero();
   stations_[k].held = false;
   return true;
@@ -441,6 +443,25 @@ void Rod::Condense(EndVector* gradient, EndMatrix* stiffness) {
   for (std::size_t b = 0; b < blocks(); ++b) {
     if (fixed_[b] == 0) stiffness->noalias() -= columns_[b].transpose() * columns_[b];
   }
+}
+
+Rod::NodeStiffness Rod::StiffnessOf(int node) {
+  const std::size_t e = X(node);
+  NodeStiffness stiffness;
+  stiffness.node = tangent_.At(e, e);
+  for (std::size_t b = 0; b < blocks(); ++b) node_columns_[b].setZero();
+  for (std::size_t i = e - 2; i <= e + 2; ++i) {
+    if (fixed_[i] != 0) continue;
+    if (i > e) node_columns_[i] = tangent_.At(i, e);
+    if (i < e) node_columns_[i] = tangent_.At(e, i).transpose();
+  }
+  factor_.SolveForward(&node_columns_);
+  for (std::size_t b = 0; b < blocks(); ++b) {
+    if (fixed_[b] != 0) continue;
+    stiffness.node.noalias() -= node_columns_[b].transpose() * node_columns_[b];
+    stiffness.ends.noalias() -= columns_[b].transpose() * node_columns_[b];
+  }
+  return stiffness;
 }
 
 }  // namespace hpdm

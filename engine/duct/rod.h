@@ -68,6 +68,7 @@ class Rod {
   Vector3d HoldingForce(int node) const { return gradient_[X(node)]; }
   /// Multiplies the stiffness of the segment after node i in bending and torsion.
   void Stiffen(int i, double factor) { stations_[ToSize(i)].stiffer = factor; }
+  bool IsStiffened(int i) const { return stations_[ToSize(i)].stiffer != 1; }
   /// Lets go of the last end.
   void FreeLastEnd() { last_free_ = true; }
   /// Doubles an inner node. False if there are kMaxCuts, or if it is next to an end or a gap.
@@ -79,6 +80,13 @@ class Rod {
   /// Fills the energy's derivative by the ends (N, N m) and its condensed second derivative, after
   /// Settle().
   void Condense(EndVector* gradient, EndMatrix* stiffness);
+  /// The second derivative by a held node, and by it and the ends, while the rest is in equilibrium.
+  struct NodeStiffness {
+    Matrix3d node = Matrix3d::Zero();  ///< N/m.
+    Eigen::Matrix<double, 12, 3> ends = Eigen::Matrix<double, 12, 3>::Zero();
+  };
+  /// Returns that of a held node, after Condense().
+  NodeStiffness StiffnessOf(int node);
   /// Returns to the shape at rest to the last bit. Only without cuts and held nodes.
   void Reset();
   double Energy() const;
@@ -139,6 +147,7 @@ class Rod {
   std::vector<char> fixed_, loose_;
   std::vector<Vector3d> gradient_, step_;
   std::vector<Eigen::Matrix<double, 3, 12>> columns_;
+  std::vector<Matrix3d> node_columns_;
   std::vector<Vector3d> kept_x_;
   std::vector<Matrix3d> kept_R_;
 };

@@ -10,6 +10,8 @@ namespace hpdm {
 namespace {
 
 constexpr int kRings = 2 * kMaxDuctNodes;
+// Half axes of a clipped section, in radii.
+constexpr double kFlat = 0.25, kWide = 1.4;
 
 Vector3d NodeOf(const DuctSnapshot& snapshot, int node) {
   return snapshot.nodes_W[ToSize(std::clamp(node, 0, snapshot.nodes - 1))].cast<double>();
@@ -73,10 +75,16 @@ void SweptTube::Sweep(const DuctSnapshot& snapshot, PointsF* vertices) const {
     // The rings that face a gap close the ends.
     const bool closing = ring % 2 == 1 ? IsGap(snapshot, node) : IsGap(snapshot, node - 1);
     const double radius = closing || ring / 2 >= snapshot.nodes ? 0 : radius_;
+    // A clip presses the tube flat.
+    const int of_ring = ring % 2 == 1 ? node : node - 1;
+    const bool clipped =
+        of_ring >= 0 && snapshot.segments[ToSize(of_ring)] == SegmentState::kClipped;
+    const double flat = clipped ? kFlat : 1, wide = clipped ? kWide : 1;
     for (int side = 0; side < kSides; ++side) {
       const double angle = 2 * std::numbers::pi * side / kSides;
       const Vector3d point = NodeOf(snapshot, node) +
-                             radius * (std::cos(angle) * across + std::sin(angle) * beside);
+                             radius * (flat * std::cos(angle) * across +
+                                       wide * std::sin(angle) * beside);
       vertices->row(ring * kSides + side) = point.transpose().cast<float>();
     }
   }
