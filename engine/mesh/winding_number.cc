@@ -11,14 +11,47 @@ namespace {
 constexpr int kLeafTriangles = 8;
 constexpr double kFourPi = 4 * std::numbers::pi;
 
+/// A vector in the plane, whose direction is an angle.
+struct Direction {
+  double cosine, sine;  ///< Times its length.
+
+  double Angle() const { return std::atan2(sine, cosine); }
+};
+
 /// Returns half the solid angle of a triangle seen from the origin; positive if its front faces
-/// away.
-double HalfSolidAngle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+/// away (van Oosterom, Strackee 1983).
+Direction HalfSolidAngle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
-  const double determinant = a.dot(b.cross(c));
-  const double denominator = la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb;
-  return std::atan2(determinant, denominator);
+  return {la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb, a.dot(b.cross(c))};
 }
+
+/// Sums angles in (-pi, pi) as a product of directions, with one arc tangent at the end.
+class AngleSum {
+ public:
+  void Add(const Direction& added) {
+    const Direction sum = {sum_.cosine * added.cosine - sum_.sine * added.sine,
+                           sum_.sine * added.cosine + sum_.cosine * added.sine};
+    // On the line of 0 and pi rounding decides the side.
+    if (added.sine == 0 || sum.sine == 0) {
+      rest_ += added.Angle();
+      return;
+    }
+    if (sum_.sine > 0 && added.sine > 0 && sum.sine < 0) ++turns_;
+    if (sum_.sine < 0 && added.sine < 0 && sum.sine > 0) --turns_;
+    sum_ = sum;
+  }
+  /// Keeps the product's length from leaving the range of numbers. Call after a few angles.
+  void Rescale() {
+    const double length = std::max(std::abs(sum_.cosine), std::abs(sum_.sine));
+    sum_ = {sum_.cosine / length, sum_.sine / length};
+  }
+  double Sum() const { return rest_ + sum_.Angle() + 2 * std::numbers::pi * turns_; }
+
+ private:
+  Direction sum_ = {1, 0};
+  int turns_ = 0;
+  double rest_ = 0;
+};
 
 }  // namespace
 
@@ -147,7 +180,8 @@ double WindingNumber::At(const Vector3d& p) const {
   std::array<int, 64> stack;
   int size = 0;
   if (!nodes_.empty()) stack[size++] = 0;
-  double far = 0, near = 0;
+  double far = 0;
+  AngleSum near;
   while (size > 0) {
     const int index = stack[static_cast<std::size_t>(--size)];
     const Node& node = nodes_[static_cast<std::size_t>(index)];
@@ -160,11 +194,12 @@ double WindingNumber::At(const Vector3d& p) const {
     } else {
       for (int t = node.first; t < node.last; ++t) {
         const auto& [a, b, c] = triangles_[static_cast<std::size_t>(t)];
-        near += HalfSolidAngle(a - p, b - p, c - p);
+        near.Add(HalfSolidAngle(a - p, b - p, c - p));
       }
+      near.Rescale();
     }
   }
-  return (far + 2 * near) / kFourPi;
+  return (far + 2 * near.Sum()) / kFourPi;
 }
 
 double ExactWindingNumber(const SurfaceMesh& mesh, const Vector3d& p) {
@@ -173,7 +208,7 @@ double ExactWindingNumber(const SurfaceMesh& mesh, const Vector3d& p) {
     const Vector3d a = mesh.vertices.row(mesh.triangles(t, 0)).transpose() - p;
     const Vector3d b = mesh.vertices.row(mesh.triangles(t, 1)).transpose() - p;
     const Vector3d c = mesh.vertices.row(mesh.triangles(t, 2)).transpose() - p;
-    sum += HalfSolidAngle(a, b, c);
+    sum += HalfSolidAngle(a, b, c).Angle();
   }
   return 2 * sum / kFourPi;
 }

@@ -284,6 +284,8 @@ void AddWriters(CommandLines* c) {
                            "stress --list --out",
                            "haptics no.toml --only press --out o",
                            "chart no.toml --out o",
+                           "chart s.toml --only adaptive --quick --out o",
+                           "chart s.toml --only nothing --out o",
                            "chart s.toml --out o --references folder",
                            "chart --out o",
                            "plan no.toml --error 0.1 --budget-ms 1",

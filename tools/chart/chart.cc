@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <set>
 #include <system_error>
 
 #include "engine/base/error.h"
@@ -28,6 +29,7 @@ struct ChartOptions {
   std::vector<std::string> cases;
   std::string references;
   std::string out;
+  std::set<std::string> only;
   bool json = false;
   bool quick = false;
   bool cracks = false;
@@ -101,13 +103,16 @@ void ChartCracks(const ChartOptions& options) {
 }
 
 void Chart(const ChartOptions& options) {
+  const std::vector<ChartFamily> families = ChartFamilies(options.quick, options.only);
+  if (families.empty()) {
+    throw InputError("--only: --quick leaves out all of these groups; remove --quick");
+  }
   std::vector<std::string> remarks;
   const std::vector<ChartCase> cases = LoadChartCases(options, &remarks);
   const fs::path out(options.out);
   MakeOutFolder(options.out);
 
   const MachineFacts machine = ThisMachine();
-  const std::vector<ChartFamily> families = ChartFamilies(options.quick);
   std::vector<ChartPoint> points;
   for (const ChartCase& each : cases) {
     const ChartSweep sweep =
@@ -152,6 +157,9 @@ void AddChartCommand(Command app) {
       "--references", options->references,
       "Folder of NAME.csv and NAME.json; default: ../../tests/reference from each case");
   chart.AddOption("--out", options->out, "Folder to write to; created if missing").Required();
+  chart.AddOption("--only", options->only, "Measure only models of these groups")
+      .SplitAt(',')
+      .OneOf(ChartGroups());
   chart.AddFlag("--json", options->json, "Print JSON");
   chart.AddFlag("--quick", options->quick, "Measure a few models only");
   chart.AddFlag("--cracks", options->cracks,

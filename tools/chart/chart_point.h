@@ -14,7 +14,8 @@ namespace hpdm {
 struct ChartPoint {
   std::string load_case;
   bool hollow = false;
-  std::string model;   ///< hpdm, continuum, mass_spring, linear_tetrahedra, linear_graded.
+  std::string model;   ///< hpdm, continuum, mass_spring, linear_tetrahedra, linear_graded,
+                       ///< quadratic_graded.
   std::string energy;  ///< strain or metric; empty without a lattice.
   std::string strain;  ///< small or finite; metric: the domain, organ or box.
   std::string basis;

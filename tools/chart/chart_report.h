@@ -16,7 +16,7 @@ inline constexpr double kFrameBudgetUs = 33e3;
 std::vector<std::vector<ChartPoint>> ByCase(const std::vector<ChartPoint>& points);
 
 /// Returns a Markdown table. Per case it has the least error within each budget, the least error of
-/// few functions, and linear tetrahedra of about 4,000 nodes (the nearest uniform mesh).
+/// few functions, and tetrahedra of about 4,000 nodes: linear of one size, linear and quadratic graded.
 std::string ChartMarkdown(const std::vector<ChartPoint>& points, const std::string& machine);
 
 /// Returns the same for a terminal.

@@ -1,6 +1,7 @@
 #include "tools/chart/chart_sweep.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/baselines/surface_error.h"
@@ -104,13 +105,15 @@ ChartPoint Measure(const StaticCase& load_case, const CaseReference& reference,
   return point;
 }
 
-void AddLinearTetrahedra(const StaticCase& load_case, const CaseReference& reference, bool hollow,
-                         std::vector<ChartPoint>* points) {
-  for (const LinearTetrahedra& mesh : reference.linear) {
+void AddTetrahedra(const StaticCase& load_case, const CaseReference& reference, bool hollow,
+                   std::vector<ChartPoint>* points) {
+  for (const ComparedTetrahedra& mesh : reference.compared) {
     ChartPoint point;
     point.load_case = CaseName(load_case);
     point.hollow = hollow;
-    point.model = mesh.graded ? "linear_graded" : "linear_tetrahedra";
+    point.model = mesh.quadratic ? "quadratic_graded"
+                  : mesh.graded  ? "linear_graded"
+                                 : "linear_tetrahedra";
     point.unknowns = mesh.nodes;
     point.error = mesh.error;
     point.compliance_ratio = mesh.compliance_ratio;
@@ -120,36 +123,49 @@ void AddLinearTetrahedra(const StaticCase& load_case, const CaseReference& refer
 
 }  // namespace
 
-std::vector<ChartFamily> ChartFamilies(bool quick) {
+const std::vector<std::string>& ChartGroups() {
+  static const std::vector<std::string> groups = {"uniform", "local",  "adaptive",  "finite",
+                                                  "metric",  "surface", "linear",   "cubic",
+                                                  "bernstein", "gauss-seidel"};
+  return groups;
+}
+
+std::vector<ChartFamily> ChartFamilies(bool quick, const std::set<std::string>& only) {
   using enum SolverType;
-  const std::vector<int> few = {2, 4};
-  const auto sizes = [&](std::vector<int> all) { return quick ? few : all; };
   const EnergyOptions small = Strain(StrainMeasure::kSmall, kCholesky);
   std::vector<ChartFamily> families;
-  const auto add = [&](const EnergyOptions& energy, const LatticeOptions& lattice,
-                       const std::vector<int>& all) {
-    families.push_back({OrganModelType::kHpdm, energy, lattice, sizes(all)});
+  const auto add = [&](const char* group, const EnergyOptions& energy, const LatticeOptions& lattice,
+                       std::vector<int> sizes) {
+    if (quick) sizes = {2, 4};
+    families.push_back({group, OrganModelType::kHpdm, energy, lattice, std::move(sizes)});
   };
-  add(small, BSpline(2), {2, 3, 4, 5, 6, 7, 8, 9, 10});
+  add("uniform", small, BSpline(2), {2, 3, 4, 5, 6, 7, 8, 9, 10});
   for (const LocalFunctionOptions& local : kLocalFunctions) {
     if (quick && (local.functions < 64 || local.refinement > 2)) continue;
-    add(small, BSpline(2, local), {4, 6});
+    add("local", small, BSpline(2, local), {4, 6});
   }
-  add(Strain(StrainMeasure::kFinite, kCholesky), BSpline(2), {2, 3, 4});
-  add(Metric(EnergyDomain::kOrgan, kCholesky), BSpline(2), {2, 4, 6, 8, 10});
-  families.push_back({OrganModelType::kContinuum, {}, {}, {1}});
-  families.push_back({OrganModelType::kMassSpring, {}, {}, {1}});
-  if (quick) return families;
-  add(small, BSpline(2, kLocalFunctions[3]), {2, 3, 8});
-  add(small, BSpline(2, {18, 2}), {4});  // about 200 functions together
-  add(small, Adaptive(480, 2), {4, 6});
-  add(small, BSpline(1), {2, 4, 6, 8, 10});
-  add(small, BSpline(3), {2, 3, 4, 5, 6, 8});
-  add(small, Bernstein(), {2, 3, 4, 5, 6});
-  add(Strain(StrainMeasure::kSmall, kGaussSeidel), BSpline(2), {2, 3, 4, 6});
-  add(Metric(EnergyDomain::kOrgan, kGaussSeidel), BSpline(2), {2, 4, 6});
-  add(Metric(EnergyDomain::kBox, kCholesky), BSpline(2), {2, 4, 6, 8});
-  add(Metric(EnergyDomain::kBox, kGaussSeidel), Bernstein(), {2, 3, 4, 6});  // the paper's own
+  add("finite", Strain(StrainMeasure::kFinite, kCholesky), BSpline(2), {2, 3, 4});
+  add("metric", Metric(EnergyDomain::kOrgan, kCholesky), BSpline(2), {2, 4, 6, 8, 10});
+  families.push_back({"surface", OrganModelType::kContinuum, {}, {}, {1}});
+  families.push_back({"surface", OrganModelType::kMassSpring, {}, {}, {1}});
+  if (!quick) {
+    add("local", small, BSpline(2, kLocalFunctions[3]), {2, 3, 8});
+    add("local", small, BSpline(2, {18, 2}), {4});  // about 200 functions together
+    add("adaptive", small, Adaptive(180, 2), {3});
+    add("adaptive", small, Adaptive(480, 2), {4, 6});
+    add("linear", small, BSpline(1), {2, 4, 6, 8, 10});
+    add("cubic", small, BSpline(3), {2, 3, 4, 5, 6, 8});
+    add("bernstein", small, Bernstein(), {2, 3, 4, 5, 6});
+    add("gauss-seidel", Strain(StrainMeasure::kSmall, kGaussSeidel), BSpline(2), {2, 3, 4, 6});
+    add("gauss-seidel", Metric(EnergyDomain::kOrgan, kGaussSeidel), BSpline(2), {2, 4, 6});
+    add("metric", Metric(EnergyDomain::kBox, kCholesky), BSpline(2), {2, 4, 6, 8});
+    // The paper's own.
+    add("gauss-seidel", Metric(EnergyDomain::kBox, kGaussSeidel), Bernstein(), {2, 3, 4, 6});
+  }
+  if (!only.empty()) {
+    std::erase_if(families,
+                  [&](const ChartFamily& family) { return !only.contains(family.group); });
+  }
   return families;
 }
 
@@ -183,7 +199,7 @@ ChartSweep SweepCase(const StaticCase& load_case, const CaseReference& reference
     sweep.points.push_back(Measure(load_case, reference, fine_vertices, load_case.organ, hollow));
     progress(sweep.points.back());
   }
-  AddLinearTetrahedra(load_case, reference, hollow, &sweep.points);
+  AddTetrahedra(load_case, reference, hollow, &sweep.points);
   return sweep;
 }
 

@@ -16,6 +16,13 @@ from matplotlib.ticker import FuncFormatter, NullFormatter  # noqa: E402
 
 DEGREES = {"1": "linear", "2": "quadratic", "3": "cubic"}
 BUDGETS = ((1, "1 ms"), (33, "33 ms"))
+# Place in the legend, name, mark of a line, colour and style.
+TETRAHEDRA = {
+    "linear_tetrahedra": (30, "linear tetrahedra, nodes (even)", "", "#2ca02c", "--"),
+    "linear_graded": (31, "linear tetrahedra, nodes (finer at the load)", " graded", "#2ca02c", ":"),
+    "quadratic_graded": (32, "quadratic tetrahedra, nodes (finer at the load)", " quadratic",
+                         "#a0522d", ":"),
+}
 
 
 def look(row):
@@ -34,6 +41,8 @@ def look(row):
             "#999999" if box else "#bcbd22"), "x" if iterative else "+"
     if row["strain"] == "finite":
         return 10, "strain, finite, Newton", "#d62728", "D"
+    if int(row["adaptive_levels"] or 0) > 0:
+        return 7, "strain, adaptive functions", "#c51b8a", "p"
     if int(row["local_functions"]) > 0:
         many = int(row["local_functions"]) > 32
         return 5 + many, f"strain + up to {64 if many else 27} local functions", (
@@ -88,19 +97,18 @@ def draw_case(axes, rows, handles):
         line, = axes.step(*zip(*front), where="post", color="black", lw=1.1, alpha=0.75, zorder=2)
         handles[(0, "Pareto front")] = line
     below = None  # label of the line below, which this one's may cover
-    linear = [row for row in rows if row["model"] in ("linear_tetrahedra", "linear_graded")]
-    for row in sorted(linear, key=lambda r: float(r["error"])):
-        graded = row["model"] == "linear_graded"
+    tetrahedra = [row for row in rows if row["model"] in TETRAHEDRA]
+    for row in sorted(tetrahedra, key=lambda r: float(r["error"])):
+        order, name, mark, colour, style = TETRAHEDRA[row["model"]]
         error = 100 * float(row["error"])
-        line = axes.axhline(error, color="#2ca02c", lw=1.1, ls=":" if graded else "--", zorder=1)
+        line = axes.axhline(error, color=colour, lw=1.1, ls=style, zorder=1)
         crowded = below is not None and error < 1.09 * below
-        axes.annotate(f"{int(row['unknowns']):,}{' graded' if graded else ''}",
+        axes.annotate(f"{int(row['unknowns']):,}{mark}",
                       (0.86 if crowded else 0.995, error), xycoords=("axes fraction", "data"),
                       xytext=(0, 1.5), textcoords="offset points", ha="right", va="bottom",
-                      fontsize=7, color="#207520")
+                      fontsize=7, color=colour)
         below = None if crowded else error
-        name = "linear tetrahedra, nodes" + (" (finer at the load)" if graded else " (even)")
-        handles[(30 + graded, name + ": error only")] = line
+        handles[(order, f"{name}: error only")] = line
     for budget, name in BUDGETS:
         axes.axvline(budget, color="#444444", lw=1, ls="-.", zorder=1)
         axes.annotate(name, (budget, 1), xycoords=("data", "axes fraction"), xytext=(3, -3),

@@ -48,6 +48,11 @@ OrganOptions LoadedOrgan(const Scene& scene) {
   return organ;
 }
 
+void AddCompared(const nlohmann::json& mesh, bool quadratic, CaseReference* reference) {
+  reference->compared.push_back({quadratic, mesh.at("nodes"), mesh.at("graded"), mesh.at("error"),
+                                 mesh.at("compliance_ratio")});
+}
+
 }  // namespace
 
 StaticCase LoadStaticCase(const std::string& path) { return MakeStaticCase(LoadScene(path)); }
@@ -100,9 +105,9 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
       const nlohmann::json& u = load.at("displacement_m");
       reference.load_displacements.emplace_back(u.at(0), u.at(1), u.at(2));
     }
-    for (const nlohmann::json& mesh : json.at("linear")) {
-      reference.linear.push_back(
-          {mesh.at("nodes"), mesh.at("graded"), mesh.at("error"), mesh.at("compliance_ratio")});
+    for (const nlohmann::json& mesh : json.at("linear")) AddCompared(mesh, false, &reference);
+    for (const nlohmann::json& mesh : json.value("quadratic", nlohmann::json::array())) {
+      AddCompared(mesh, true, &reference);
     }
   } catch (const nlohmann::json::exception& error) {
     throw InputError(facts + ": does not hold a reference solution (" + error.what() + ")" +

@@ -26,8 +26,9 @@ StaticCase MakeStaticCase(Scene scene);
 /// Throws InputError if the file is not a surface table or belongs to another mesh.
 Points ReadReferenceDisplacements(const std::string& path, const SurfaceMesh& rest);
 
-/// Results of linear tetrahedra on the same case, measured with the reference solution.
-struct LinearTetrahedra {
+/// Results of tetrahedra on the same case, measured with the reference solution.
+struct ComparedTetrahedra {
+  bool quadratic = false;  ///< Ten nodes an element, which hardly lock; else four.
   int nodes = 0;
   bool graded = false;          ///< Finer towards the load.
   double error = 0;             ///< Area-weighted relative L2, as RelativeSurfaceError.
@@ -39,7 +40,7 @@ struct CaseReference {
   Points displacements;                      ///< V x 3, m.
   double compliance = 0;                     ///< At the first load, m/N.
   std::vector<Vector3d> load_displacements;  ///< m, one per load; absent for a pressure.
-  std::vector<LinearTetrahedra> linear;
+  std::vector<ComparedTetrahedra> compared;
 };
 
 /// Reads NAME.csv and NAME.json in `folder`, where NAME is CaseName(load_case). Throws InputError,

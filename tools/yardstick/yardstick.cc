@@ -80,9 +80,72 @@ void WriteCsv(const std::string& path, const StaticCase& c, const Points& u) {
 
 std::vector<double> AsVector(const Vector3d& v) { return {v[0], v[1], v[2]}; }
 
+/// The nodes of the meshes that the real-time models are compared with.
+struct ComparedMeshes {
+  std::vector<int> linear = {1600, 4000};
+  std::vector<int> graded = {4000, 7000};
+  std::vector<int> quadratic = {4000};
+};
+
+/// A case's reference as it is written.
+struct Written {
+  StaticCase load_case;
+  std::string folder;
+  Json json;
+  Points u;  // of the surface's vertices, V x 3, m
+
+  std::string File(const char* extension) const {
+    return folder + "/" + CaseName(load_case) + extension;
+  }
+  void Add(const char* list, const Solved& s, bool is_graded) {
+    Json entry = Facts(load_case, s);
+    entry["graded"] = is_graded;
+    entry["error"] = RelativeSurfaceError(load_case.rest, s.u, u);
+    entry["compliance_ratio"] =
+        s.solution.Compliance() / json["compliance_m_per_N"].get<double>();
+    json[list].push_back(entry);
+  }
+  void Write() const {
+    std::ofstream file(File(".json"));
+    file << json.dump(2) << '\n';
+    if (!file) throw InputError(folder + ": cannot be written; check the folder");
+  }
+};
+
+void AddCompared(const ComparedMeshes& meshes, Written* written) {
+  const StaticCase& c = written->load_case;
+  written->json["linear"] = Json::array();
+  written->json["quadratic"] = Json::array();
+  // Written after each mesh, because the larger ones take minutes.
+  for (const int nodes : meshes.linear) {
+    written->Add("linear", Solve(c, MeshOf(c, nodes, Grading::kEven, 0.03)), false);
+    written->Write();
+  }
+  for (const int nodes : meshes.graded) {
+    written->Add("linear", Solve(c, MeshOf(c, nodes, Grading::kLoads, 0.03)), true);
+    written->Write();
+  }
+  for (const int nodes : meshes.quadratic) {
+    // A quadratic mesh has about seven nodes a corner.
+    written->Add("quadratic", Solve(c, Quadratic(MeshOf(c, nodes / 7, Grading::kLoads, 0.03))),
+                 true);
+    written->Write();
+  }
+}
+
+/// Measures the compared meshes of a case whose reference is there.
+void CompareAgain(const std::string& scene, const std::string& folder,
+                  const ComparedMeshes& meshes) {
+  Written written{LoadStaticCase(scene), folder, {}, {}};
+  RequireTissueAlone(written.load_case.organ);
+  written.u = LoadCaseReference(written.load_case, folder).displacements;
+  std::ifstream file(written.File(".json"));
+  written.json = Json::parse(file);
+  AddCompared(meshes, &written);
+}
+
 void Regenerate(const std::string& scene, const std::string& folder,
-                const std::vector<int>& quadratic, const std::vector<int>& linear,
-                const std::vector<int>& graded) {
+                const std::vector<int>& quadratic, const ComparedMeshes& compared) {
   const StaticCase c = LoadStaticCase(scene);
   RequireTissueAlone(c.organ);
   std::vector<Solved> levels;
@@ -110,31 +173,14 @@ void Regenerate(const std::string& scene, const std::string& folder,
     json["loads"].push_back({{"force_N", AsVector(best.solution.forces[l])},
                              {"displacement_m", AsVector(best.solution.displacements[l])}});
   }
-  const auto add = [&](const char* list, const Solved& s, bool is_graded) {
-    Json entry = Facts(c, s);
-    entry["graded"] = is_graded;
-    entry["error"] = RelativeSurfaceError(c.rest, s.u, best.u);
-    entry["compliance_ratio"] = s.solution.Compliance() / best.solution.Compliance();
-    json[list].push_back(entry);
-  };
   json["coarser_quadratic"] = Json::array();
-  for (std::size_t i = 0; i + 1 < levels.size(); ++i) add("coarser_quadratic", levels[i], true);
-  json["linear"] = Json::array();
-  WriteCsv(folder + "/" + CaseName(c) + ".csv", c, best.u);
-  const auto write = [&] {  // after each mesh: the larger ones take minutes
-    std::ofstream file(folder + "/" + CaseName(c) + ".json");
-    file << json.dump(2) << '\n';
-    if (!file) throw InputError(folder + ": cannot be written; check the folder");
-  };
-  write();
-  for (const int corners : linear) {
-    add("linear", Solve(c, MeshOf(c, corners, Grading::kEven, 0.03)), false);
-    write();
+  Written written{c, folder, std::move(json), best.u};
+  for (std::size_t i = 0; i + 1 < levels.size(); ++i) {
+    written.Add("coarser_quadratic", levels[i], true);
   }
-  for (const int corners : graded) {
-    add("linear", Solve(c, MeshOf(c, corners, Grading::kLoads, 0.03)), true);
-    write();
-  }
+  WriteCsv(written.File(".csv"), c, best.u);
+  written.Write();
+  AddCompared(compared, &written);
 }
 
 }  // namespace
@@ -143,16 +189,22 @@ void Regenerate(const std::string& scene, const std::string& folder,
 int main(int argc, char** argv) {
   CLI::App app("Solves cases with tetrahedral finite elements and writes their references");
   std::string scene, folder = "tests/reference";
-  std::vector<int> quadratic = {2500, 4500, 8000}, linear = {1600, 4000}, graded = {7000};
+  std::vector<int> quadratic = {2500, 4500, 8000};
+  hpdm::ComparedMeshes compared;
+  bool keep = false;
   app.add_option("scene", scene, "Case (TOML)")->required();
   app.add_option("--out", folder, "Folder of CASE.csv and CASE.json");
-  app.add_option("--quadratic", quadratic, "Corner nodes of the quadratic meshes, ascending")
+  app.add_flag("--keep", keep, "Keep the reference; measure only the compared meshes");
+  app.add_option("--quadratic", quadratic, "Corner nodes of the reference's meshes, ascending")
       ->delimiter(',');
-  app.add_option("--linear", linear, "Nodes of the even linear meshes")->delimiter(',');
-  app.add_option("--graded", graded, "Nodes of the graded linear meshes")->delimiter(',');
+  app.add_option("--linear", compared.linear, "Nodes of the even linear meshes")->delimiter(',');
+  app.add_option("--graded", compared.graded, "Nodes of the graded linear meshes")->delimiter(',');
+  app.add_option("--compared", compared.quadratic, "Nodes of the compared quadratic meshes")
+      ->delimiter(',');
   CLI11_PARSE(app, argc, argv);
   try {
-    hpdm::Regenerate(scene, folder, quadratic, linear, graded);
+    keep ? hpdm::CompareAgain(scene, folder, compared)
+         : hpdm::Regenerate(scene, folder, quadratic, compared);
   } catch (const hpdm::InputError& error) {
     std::fprintf(stderr, "%s\n", error.what());
     return 2;

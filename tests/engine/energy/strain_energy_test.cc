@@ -4,6 +4,7 @@
 
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
+#include <utility>
 
 #include "engine/energy/metric_energy.h"
 #include "engine/tissue/interior.h"
@@ -111,6 +112,29 @@ TEST(StrainEnergy, UniformStrainHasTheEnergyOfTheContinuum) {
     const FullStiffness K = StrainStiffness(organ.lattice, organ.tissue, material, form);
     // The projection damps slivers by 1e-10.
     EXPECT_NEAR(U.dot(K * U) / 2 / (density * organ.tissue.weights.sum()), 1, 1e-8);
+  }
+}
+
+// Stiffnesses of sessions that are replayed rest on it.
+TEST(StrainEnergy, TheStiffnessIsTheSumOfTheBlocksOfAllPointsToTheLastBit) {
+  const SampledOrgan organ;
+  const Block block;
+  LatticeOptions bernstein;
+  bernstein.basis = BasisType::kBernstein;
+  bernstein.degree = {4, 3, 2};
+  const Lattice one_cell(block.lattice.box(), bernstein);
+  for (const auto& [lattice, tissue] : {std::pair{&organ.lattice, &organ.tissue},
+                                        std::pair{&block.lattice, &block.tissue},
+                                        std::pair{&one_cell, &block.tissue}}) {
+    const MaterialOptions material;
+    const FullStiffness K = StrainStiffness(*lattice, *tissue, material, Dilatation::kPointwise);
+    const std::array<WeightMatrix, 3> gradients = lattice->GradientWeights(tissue->points);
+    FullStiffness sum = FullStiffness::Zero(K.rows(), K.cols());
+    AddElasticBlocks(gradients, gradients, tissue->weights, ToLame(material),
+                     [&sum](Eigen::Index row, Eigen::Index column, double value) {
+                       sum(row, column) += value;
+                     });
+    EXPECT_EQ((0.5 * (sum + sum.transpose()) - K).cwiseAbs().maxCoeff(), 0);
   }
 }
 

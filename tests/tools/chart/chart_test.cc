@@ -326,7 +326,8 @@ TEST_F(FlowChart, WritesEveryFormOfTheSamePoints) {
     EXPECT_TRUE(point["step_us"].is_null() || point["step_us"].get<double>() > 0);
   }
   EXPECT_EQ(models, (std::set<std::string>{"continuum", "hpdm", "linear_graded",
-                                           "linear_tetrahedra", "mass_spring"}));
+                                           "linear_tetrahedra", "mass_spring",
+                                           "quadratic_graded"}));
   EXPECT_NE(ReadFile(folder_ / "chart/chart.md").find("| `beam` |"), std::string::npos);
   if (err_.find("no plot") == std::string::npos) {
     EXPECT_EQ(ReadFile(folder_ / "chart/chart.png").substr(1, 3), "PNG");
