@@ -113,6 +113,7 @@ bool DuctState::Clip(double arc) {
     rod_.Stiffen(i, kClipStiffness);
     ++clips_;
     changed_ = true;
+    at_rest_ = false;
     return true;
   }
   return false;
@@ -122,6 +123,7 @@ int DuctState::Cut(double arc) {
   const int node = InnerNodeAt(arc);
   if (node < 0 || rod_.IsHeld(node) || !rod_.Cut(node)) return -1;
   changed_ = true;
+  at_rest_ = false;
   return node;
 }
 
@@ -133,11 +135,13 @@ int DuctState::NodeToHold(double arc) const {
 void DuctState::MoveHeld(int node, const Vector3d& place_W) {
   rod_.Hold(node, place_W);
   changed_ = true;
+  at_rest_ = false;
 }
 
 void DuctState::Release(int node) {
   rod_.Release(node);
   changed_ = true;
+  at_rest_ = false;
 }
 
 DuctState::HeldStiffness DuctState::StiffnessOf(int node) {
