@@ -82,6 +82,7 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments,
     const std::array<AttachmentJoint::Organ, 2>& pair =
         pairs.emplace_back(std::array{JoinedOrganOf(attachment.a), JoinedOrganOf(attachment.b)});
     HPDM_CHECK(pair[0].index != pair[1].index);
+    organ_contacts_.Wait({pair[0].index, pair[1].index});
     beds.emplace_back(attachment, organs_[ToSize(pair[0].index)].model(),
                       organs_[ToSize(pair[1].index)].model(), static_cast<int>(beds.size()));
     for (std::size_t other = 0; other + 1 < beds.size(); ++other) {
@@ -112,6 +113,7 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments,
     for (std::size_t m = 0; m < link.joint().members().size(); ++m) {
       OrganStep& organ = organs_[ToSize(link.joint().members()[m].organ)];
       if (organ.model().rigid()) continue;
+      organ.state().relaxation->body()->SetHeld(true);
       const AttachedCompliance compliance(*organ.state().relaxation->compliance(), link.state(),
                                           static_cast<int>(m), &attached_work_);
       std::vector<Matrix3d> of_vertices;
@@ -234,7 +236,20 @@ void DeformationLoop::Deform(double dt) {
   }
   joint_relaxation_.Relax(dt, organ_contacts_.contacts(), &organs_, &record_);
   organ_contacts_.Remember();
+  LetGo();
   for (OrganStep& organ : organs_) organ.RelocateVertices(record_.number);
+}
+
+// Organs that no layer holds any more touch what they hung on.
+void DeformationLoop::LetGo() {
+  for (const AttachmentLink& link : links()) {
+    for (std::size_t m = 0; m < link.joint().members().size(); ++m) {
+      const int organ = link.joint().members()[m].organ;
+      if (!link.HasLetGo(m) || !organs_[ToSize(organ)].state().attached) continue;
+      organs_[ToSize(organ)].state().attached = false;
+      organ_contacts_.Begin(organ);
+    }
+  }
 }
 
 // Stage D: builds the surface patches for the haptic loop until the next step.
@@ -248,7 +263,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
     std::optional<AttachedCompliance> attached;
     for (const AttachmentLink& link : links()) {
       const int member = link.joint().MemberOf(static_cast<int>(o));
-      if (member < 0 || organs_[o].model().rigid()) continue;
+      if (member < 0 || !state.attached) continue;
       attached.emplace(*state.relaxation->compliance(), link.state(), member, &attached_work_);
     }
     const LatticeCompliance& free = attached ? static_cast<const LatticeCompliance&>(*attached)

@@ -90,6 +90,7 @@ class DeformationLoop {
   void Collide(const ToolState& tools);
   void Refine(int tool_count);
   void Deform(double dt);
+  void LetGo();
   void BuildContactPatch(const ToolState& tools);
   void ObserveLoad();
   void FillSample(const ToolState& tools);

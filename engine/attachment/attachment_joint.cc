@@ -13,6 +13,14 @@
 namespace hpdm {
 namespace {
 
+// A lasting load moves a free organ by this many times its motion in a step: enough for the layers to
+// bear all of it but a millionth.
+constexpr double kLasting = 1e4;
+
+double YieldOf(const OrganOptions& options) {
+  return FreeFlight(options.time_step, options.free->drag, Vector3d::Zero()).Yield();
+}
+
 // Columns of both organs that the bed touches, as one list: those of a, then those of b.
 struct Touched {
   std::vector<std::pair<int, int>> columns;  // side, column
@@ -172,6 +180,18 @@ void AttachmentJoint::Respond() {
     }
   }
   if (modes_ == 0) return;
+  Eigen::MatrixXd lasting;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    if (organs_[m].body == nullptr) continue;
+    members_[m].shape = shapes_[m];
+    if (organs_[m].weight_W == nullptr || organs_[m].weight_W->size() == 0) continue;
+    if (lasting.size() == 0) lasting = G;
+    AddFreeMotion(m, &lasting);
+  }
+  if (lasting.size() > 0) {
+    const Eigen::LLT<Eigen::MatrixXd> factor((lasting + lasting.transpose()) / 2);
+    lasting_stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
+  }
   const Eigen::LLT<Eigen::MatrixXd> factor((G + G.transpose()) / 2);
   if (factor.info() != Eigen::Success) {
     if (!ducts_.empty()) {
@@ -188,15 +208,41 @@ void AttachmentJoint::Respond() {
   for (Member& member : members_) member.tied = member.response * stiffness_;
 }
 
+// Adds the whole-body motion of a free organ under lasting loads to G and to the sag.
+void AttachmentJoint::AddFreeMotion(std::size_t member, Eigen::MatrixXd* G) {
+  const FreeBody& body = *organs_[member].body;
+  const Eigen::MatrixXd& shape = shapes_[member];
+  // Modes by a unit translation and a unit rotation.
+  Eigen::MatrixXd moved = Eigen::MatrixXd::Zero(3 * modes_, 6);
+  for (Eigen::Index j = 0; j < modes_; ++j) {
+    for (Eigen::Index a = 0; a < body.arms.rows(); ++a) {
+      if (shape(j, a) == 0) continue;
+      const Vector3d arm = body.arms.row(a);
+      for (int d = 0; d < 3; ++d) {
+        moved(3 * j + d, d) += shape(j, a);
+        moved.block<3, 1>(3 * j, 3 + d) += shape(j, a) * Vector3d::Unit(d).cross(arm);
+      }
+    }
+  }
+  Eigen::Matrix<double, 6, 6> yields = Eigen::Matrix<double, 6, 6>::Zero();
+  yields.topLeftCorner<3, 3>() = Matrix3d::Identity() / body.mass;
+  yields.bottomRightCorner<3, 3>() = body.inertia.inverse();
+  *G += kLasting * organs_[member].yield * moved * yields * moved.transpose();
+  const Eigen::RowVector3d weight_W = organs_[member].weight_W->colwise().sum();
+  sag_ += kLasting * organs_[member].yield * moved.leftCols<3>() * weight_W.transpose() / body.mass;
+}
+
 AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Relaxation& relaxation,
                                    Eigen::Index rows) {
   if (organ.rigid()) return {.index = index, .rows = rows};
-  const bool held = !organ.options().supports.empty();
+  const bool has_place = !organ.options().supports.empty() || organ.free_body() != nullptr;
   return {.index = index,
           .control_points = organ.control_points(),
           .rows = rows,
           .compliance = relaxation.compliance(),
-          .weight_W = held ? &organ.lattice_organ()->weight_W() : nullptr};
+          .weight_W = has_place ? &organ.lattice_organ()->weight_W() : nullptr,
+          .body = organ.free_body(),
+          .yield = organ.free_body() != nullptr ? YieldOf(organ.options()) : 0};
 }
 
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(

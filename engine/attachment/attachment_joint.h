@@ -8,6 +8,7 @@
 #include "engine/attachment/attachment_bed.h"
 #include "engine/contact/lattice_compliance.h"
 #include "engine/duct/duct_model.h"
+#include "engine/solver/free_body.h"
 
 namespace hpdm {
 
@@ -36,6 +37,9 @@ class AttachmentJoint {
     const LatticeCompliance* compliance = nullptr;
     /// Its weight on the control points, n x 3, N; nullptr: layers bear none of it.
     const Points* weight_W = nullptr;
+    /// Of an organ that moves as a whole; else nullptr.
+    const FreeBody* body = nullptr;
+    double yield = 0;  ///< s^2: FreeFlight::Yield() of such an organ.
   };
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Member {
@@ -43,6 +47,7 @@ class AttachmentJoint {
     RowMatrix response;      ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
     RowMatrix tied;          ///< 3n x 3r: H Phi^T G^-1.
     Eigen::VectorXd offset;  ///< r: the modes that an offset of the organ by 1 m excites.
+    Eigen::MatrixXd shape;   ///< r x n: Phi along one axis, of a free organ; else empty.
     Eigen::Index unknowns() const { return response.rows(); }
   };
   struct Layer {
@@ -75,6 +80,11 @@ class AttachmentJoint {
   const Eigen::VectorXd& sag() const { return sag_; }
   /// G^-1, 3r x 3r, N/m.
   const Eigen::MatrixXd& stiffness() const { return stiffness_; }
+  /// The same for loads that last, which no inertia bears: sag() is for it. Other than stiffness() with
+  /// a free organ.
+  const Eigen::MatrixXd& lasting_stiffness() const {
+    return lasting_stiffness_.size() > 0 ? lasting_stiffness_ : stiffness_;
+  }
 
  private:
   int AddMember(const Organ& organ);
@@ -82,6 +92,7 @@ class AttachmentJoint {
   void AddDuct(std::shared_ptr<const DuctModel> model, const std::array<Organ, 2>& organs);
   void AddModes(Eigen::Index count);
   void Respond();
+  void AddFreeMotion(std::size_t member, Eigen::MatrixXd* G);
 
   std::vector<Member> members_;
   std::vector<Organ> organs_;            // of each member, at set-up
@@ -90,12 +101,13 @@ class AttachmentJoint {
   std::vector<Duct> ducts_;
   Eigen::Index modes_ = 0;
   Eigen::MatrixXd stiffness_;
+  Eigen::MatrixXd lasting_stiffness_;
   Eigen::VectorXd sag_;
 };
 
 /// An organ for a joint. `relaxation`: at rest, of the organ; `rows`: its control points and slots. All
-/// must outlive the joint's construction. The weight of an organ without a support is left out: nothing
-/// but the layer would bear it, and it would have no place once freed.
+/// must outlive the joint's construction. The weight of an organ that is neither supported nor free is
+/// left out: nothing but the layer would bear it, and it would have no place once freed.
 AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Relaxation& relaxation,
                                    Eigen::Index rows);
 

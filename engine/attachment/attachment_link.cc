@@ -18,7 +18,9 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
       half_(along_),
       tied_compliance_(along_.cols(), along_.cols()),
       few_(along_.rows(), AttachmentState::FewColumns::ColsAtCompileTime),
-      offset_(Eigen::VectorXd::Zero(along_.rows())),
+      let_go_(state_.joint().members().size(), 0),
+      apart_(Eigen::VectorXd::Zero(along_.rows())),
+      offset_(apart_),
       free_(offset_),
       w_(offset_),
       q_(offset_) {
@@ -38,18 +40,17 @@ bool AttachmentLink::IsMovedApart(std::span<const Vector3d> offsets_W) const {
 void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies) {
   HPDM_CHECK(bodies.size() == joint().members().size());
   round_ = 0;
+  apart_.setZero();
   acted_ = false;
-  free_.setZero();
   for (std::size_t m = 0; m < bodies.size(); ++m) {
     bodies_[m] = bodies[m];
     const Vector3d apart_W = offsets_W[m] - offsets_W[0];
     if (apart_W.isZero(0)) continue;
     const Eigen::VectorXd& excited = joint().members()[m].offset;
     for (Eigen::Index j = 0; j < excited.size(); ++j) {
-      free_.segment<3>(3 * j) += excited[j] * apart_W;
+      apart_.segment<3>(3 * j) += excited[j] * apart_W;
     }
   }
-  offset_.noalias() = joint().stiffness() * free_;
   // The modes are relative to the first member's offset.
   for (std::size_t d = 0; d < state_.ducts().size(); ++d) {
     DuctState& duct = state_.ducts()[d];
@@ -76,13 +77,28 @@ Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
   return ((stiffness + stiffness.transpose()) / 2).inverse();
 }
 
+// A free organ moves also without forces.
+void AttachmentLink::AddFreeDisplacements(std::span<const BodyInStep> bodies) {
+  for (std::size_t m = 0; m < joint().members().size(); ++m) {
+    const Points* U = bodies[ToSize(bodies_[m])].body->FreeDisplacements();
+    if (U == nullptr || HasLetGo(m)) continue;
+    const Eigen::MatrixXd& shape = joint().members()[m].shape;
+    HPDM_CHECK(shape.cols() <= U->rows());
+    for (Eigen::Index j = 0; j < shape.rows(); ++j) {
+      for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+        apart_.segment<3>(3 * j) += shape(j, a) * U->row(a).transpose();
+      }
+    }
+  }
+}
+
 // Fills the columns of all sides of the members' bodies, which stay in all rounds of a step.
 void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver) {
   column_count_ = 0;
   same_ = true;
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
     const AttachmentJoint::Member& member = joint().members()[m];
-    if (member.unknowns() == 0) continue;
+    if (member.unknowns() == 0 || HasLetGo(m)) continue;
     const BodyInStep& body = bodies[static_cast<std::size_t>(bodies_[m])];
     HPDM_CHECK(body.input.yield == 1 && body.input.free == nullptr);
     const auto weights = body.contacts->Weights();
@@ -117,7 +133,11 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
 }
 
 void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
-  if (round_++ == 0) FillColumns(bodies, *solver);
+  if (round_++ == 0) {
+    FillColumns(bodies, *solver);
+    AddFreeDisplacements(bodies);
+    offset_.noalias() = joint().stiffness() * apart_;
+  }
   state_.Refactor();
   // w = w_0 - G (R w + constant).
   free_ = offset_;
@@ -160,11 +180,35 @@ bool AttachmentLink::Advance(const ContactSolver& solver) {
 void AttachmentLink::End(std::span<BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
     const AttachmentJoint::Member& member = joint().members()[m];
-    if (member.unknowns() == 0) continue;
+    if (member.unknowns() == 0 || HasLetGo(m)) continue;
     Points* U = bodies[static_cast<std::size_t>(bodies_[m])].U;
     Eigen::Map<Eigen::VectorXd>(U->data(), member.unknowns()).noalias() -= member.response * q_;
   }
   state_.Report(w_, outcomes_);
+  LetGo(bodies);
+}
+
+// Lets go of free organs that no layer holds any more.
+void AttachmentLink::LetGo(std::span<BodyInStep> bodies) {
+  for (std::size_t m = 0; m < joint().members().size(); ++m) {
+    if (joint().members()[m].shape.size() == 0 || HasLetGo(m)) continue;
+    const auto holds = [&](std::size_t l) {
+      const AttachmentJoint::Layer& layer = joint().layers()[l];
+      return layer.members[0] == static_cast<int>(m) || layer.members[1] == static_cast<int>(m);
+    };
+    bool held = false;
+    for (std::size_t l = 0; l < joint().layers().size(); ++l) {
+      held = held || (holds(l) && !state_.IsTorn(l));
+    }
+    if (held) continue;
+    let_go_[m] = 1;
+    for (std::size_t l = 0; l < joint().layers().size(); ++l) {
+      if (holds(l)) state_.TakeAway(l);
+    }
+    const BodyInStep& body = bodies[ToSize(bodies_[m])];
+    body.body->TakeMoved(*body.U);
+    body.body->SetHeld(false);
+  }
 }
 
 }  // namespace hpdm

@@ -26,6 +26,8 @@ class AttachmentLink final : public BodyLink {
   /// After the last step, for each of the joint's layers.
   std::span<const AttachmentOutcome> outcomes() const { return outcomes_; }
 
+  /// True once all layers of a free organ are torn: it has left the joint.
+  bool HasLetGo(std::size_t member) const { return let_go_[member] != 0; }
   /// The joint's ducts, to clip, cut and hold them between two steps.
   std::span<DuctState> ducts() { return state_.ducts(); }
   /// Returns the compliance of a held node of a duct with all that holds it, m/N, after a step.
@@ -57,6 +59,8 @@ class AttachmentLink final : public BodyLink {
     return share;
   }
   void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
+  void AddFreeDisplacements(std::span<const BodyInStep> bodies);
+  void LetGo(std::span<BodyInStep> bodies);
 
   AttachmentState state_;
   bool acted_ = false;
@@ -71,10 +75,13 @@ class AttachmentLink final : public BodyLink {
   WorkMatrix half_along_, half_;     // L^-1 times the two before (AttachmentState::HalfSettle)
   WorkMatrix tied_compliance_;       // sides x sides, m/N: along^T tied
   AttachmentState::FewColumns few_;  // 3r rows, scratch
+  std::vector<char> let_go_;         // of each member
   bool same_ = true;                 // no side has friction: its force is along its axis
-  Eigen::VectorXd offset_;           // 3r: G^-1 times the modes' displacements by the offsets
-  Eigen::VectorXd free_;             // 3r: those displacements with the layers
-  Eigen::VectorXd w_, q_;            // 3r: of the last solution
+  Eigen::VectorXd
+      apart_;  // 3r: the modes' displacements without forces, by offsets and free motion
+  Eigen::VectorXd offset_;  // 3r: G^-1 times them
+  Eigen::VectorXd free_;    // 3r: those displacements with the layers
+  Eigen::VectorXd w_, q_;   // 3r: of the last solution
 };
 
 }  // namespace hpdm

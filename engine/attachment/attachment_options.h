@@ -26,18 +26,16 @@ inline double LeastToughness(const AttachmentOptions& attachment) {
 }
 
 /// True if the organ can be attached to another: its stiffness is constant and does not relax, or
-/// it is rigid.
+/// it is rigid. A free organ can: it moves as a whole once nothing holds it.
 inline bool TakesAttachments(const OrganOptions& organ) {
   return organ.model == OrganModelType::kRigid ||
          (organ.model == OrganModelType::kHpdm && organ.energy.solver == SolverType::kCholesky &&
-          organ.energy.strain == StrainMeasure::kSmall && organ.material.prony.count == 0 &&
-          !organ.free);
+          organ.energy.strain == StrainMeasure::kSmall && organ.material.prony.count == 0);
 }
 
 /// The remedy for an organ that TakesAttachments() refuses.
 inline constexpr const char* kAttachmentRemedy =
-    "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony and no free, or "
-    "model = "
+    "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony, or model = "
     "\"rigid\"";
 
 /// True if one of the attachments holds the organ.

@@ -32,14 +32,16 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
     duct_unknowns_ += ducts_.emplace_back(duct.model).unknowns();
   }
   if (!ducts_.empty()) constant_.setZero(3 * joint_->modes());
+  taken_away_.assign(joint_->layers().size(), 0);
   Refactor();
   if (joint_->sag().size() > 0) BearWeight();
 }
 
 // Finds what the undamaged layers bear. Refuses a layer that it would damage.
 void AttachmentState::BearWeight() {
-  Eigen::VectorXd w = joint_->stiffness() * joint_->sag();
-  Settle(w);
+  const Eigen::MatrixXd& stiffness = joint_->lasting_stiffness();
+  const Eigen::VectorXd w =
+      (stiffness + R_).ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
   borne_.resize(static_cast<Eigen::Index>(damage_.size()), 3);
   constant_.setZero(w.size());
   Eigen::Index at = 0;
@@ -87,6 +89,18 @@ double AttachmentState::Remove(std::size_t layer, int sample, double share,
   damage_[at] = share == left ? 1 : DamageWith(torn_[at], burnt_[at] + cut_[at]);
   changed_ = true;
   return share;
+}
+
+bool AttachmentState::IsTorn(std::size_t layer) const {
+  const std::span<const double> damage = DamageOf(layer);
+  return std::all_of(damage.begin(), damage.end(), [](double d) { return d >= 1; });
+}
+
+void AttachmentState::TakeAway(std::size_t layer) {
+  const auto first = static_cast<std::ptrdiff_t>(DamageOf(layer).data() - damage_.data());
+  std::fill_n(closed_.begin() + first, joint_->layers()[layer].bed.size(), 0);
+  taken_away_[layer] = 1;
+  changed_ = true;
 }
 
 void AttachmentState::Refactor() {
@@ -213,6 +227,10 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
   std::size_t at = 0;
   for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
     const AttachmentJoint::Layer& layer = joint_->layers()[l];
+    if (taken_away_[l] != 0) {
+      at += ToSize(layer.bed.size());
+      continue;
+    }
     const CohesiveLaw& law = layer.bed.law;
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
       const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);

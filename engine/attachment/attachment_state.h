@@ -33,6 +33,11 @@ class AttachmentState {
   /// Damage of each sample of one layer.
   std::span<const double> DamageOf(std::size_t layer) const;
 
+  /// True if all of the layer is torn.
+  bool IsTorn(std::size_t layer) const;
+  /// Takes a torn layer away for good: it carries no pressure any more.
+  void TakeAway(std::size_t layer);
+
   /// True for each sample that carries pressure.
   std::span<const char> closed() const { return closed_; }
 
@@ -103,6 +108,7 @@ class AttachmentState {
 
   std::shared_ptr<const AttachmentJoint> joint_;
   std::vector<double> damage_;
+  std::vector<char> taken_away_;     // of each layer
   std::vector<double> torn_;         // share of the damage by the law
   std::vector<double> burnt_, cut_;  // shares of the area that instruments removed
   std::vector<double> spared_;  // of each layer, J: what tearing did not dissipate in removed area

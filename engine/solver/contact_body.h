@@ -30,6 +30,13 @@ class ContactBody {
 
   /// Ends the step: fills U and returns its own result. `solved`: that of the last problem.
   virtual RelaxationResult End(const RelaxationResult& solved, Points* U) = 0;
+
+  /// The displacements of this step without forces, (n + slots) x 3, m, for the links; nullptr: zero.
+  virtual const Points* FreeDisplacements() const { return nullptr; }
+  /// Takes the step's displacements with those that the links have added.
+  virtual void TakeMoved(const Points& /*U*/) {}
+  /// For a body that moves as a whole: links hold it (true), or have let it go. At first none does.
+  virtual void SetHeld(bool /*held*/) {}
 };
 
 /// A body with its data in one step.

@@ -69,6 +69,16 @@ void FreeBody::AddInertia(double yield, FullStiffness* K) const {
   }
 }
 
+FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q,
+                      const FreeBody::Motion& rate) {
+  FreeMotion motion;
+  motion.R_WF = RotationBy(q.rotation);
+  motion.p_W = body.p_centre_W + q.translation;
+  motion.v_W = rate.translation;
+  motion.momentum_W = motion.R_WF * (body.inertia * (motion.R_WF.transpose() * rate.rotation));
+  return motion;
+}
+
 FreeFlight::FreeFlight(double dt, double drag, const Vector3d& gravity_W)
     : dt_(dt), decay_(std::exp(-drag * dt)), gravity_W_(gravity_W) {
   const double c_dt = drag * dt;
@@ -94,6 +104,13 @@ void FreeFlight::Advance(const FreeBody& body, FreeMotion* motion) const {
   }
   R = Orthonormal(R);
   motion->momentum_W *= decay_;
+}
+
+void FreeFlight::AdvanceSmall(FreeBody::Motion* q, FreeBody::Motion* rate) const {
+  q->translation += held_ * rate->translation;
+  q->rotation += held_ * rate->rotation;
+  rate->translation *= decay_;
+  rate->rotation *= decay_;
 }
 
 void TurnFrame(const Vector3d& rotation_W, Matrix3d* R_WF) {

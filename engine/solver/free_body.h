@@ -44,6 +44,11 @@ struct FreeMotion {
   Vector3d momentum_W = Vector3d::Zero();  ///< Angular, about the centre, kg m^2/s.
 };
 
+/// Returns how a body moves that has left its rest pose by a small motion q (m, rad) at a rate (m/s,
+/// rad/s).
+FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q,
+                      const FreeBody::Motion& rate);
+
 /// One step of a body's free flight with linear drag c, over `dt` (s):
 ///     dv/dt = g - c v,   dL/dt = -c L,   omega = I_W^-1 L.
 /// The exact solution for v, p and L; the rotation by the midpoint rule in kSubsteps parts.
@@ -59,6 +64,8 @@ class FreeFlight {
   double Yield() const { return dt_ * held_; }
   /// Moves the body by one step.
   void Advance(const FreeBody& body, FreeMotion* motion) const;
+  /// The same without gravity for a small motion q (m, rad) and its rate (m/s, rad/s).
+  void AdvanceSmall(FreeBody::Motion* q, FreeBody::Motion* rate) const;
   /// Returns how much farther (m) gravity moves the centre in a step as an impulse at its start. With
   /// it a body at rest on contacts carries its weight exactly and keeps no velocity.
   Vector3d Impulse() const { return (dt_ * held_ - fallen_) * gravity_W_; }

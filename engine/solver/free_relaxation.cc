@@ -12,7 +12,8 @@ namespace {
 void TurnEach(const Matrix3d& rotation, Eigen::Ref<Eigen::MatrixXd> columns) {
   for (Eigen::Index c = 0; c < columns.cols(); ++c) {
     for (Eigen::Index a = 0; a + 2 < columns.rows(); a += 3) {
-      columns.block<3, 1>(a, c) = (rotation * columns.block<3, 1>(a, c)).eval();
+      const Vector3d turned = rotation * columns.block<3, 1>(a, c);
+      columns.block<3, 1>(a, c) = turned;
     }
   }
 }
@@ -36,6 +37,12 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
 
   void Begin(const RelaxationInput&, const ContactConstraints& contacts) override {
     solver_->SetActiveFunctions(contacts.refinement);
+    if (held_) {
+      predicted_ = RestOf(*body_);
+      flight_.AdvanceSmall(&q_, &rate_);
+      PlaceSmall(q_, &U_free_);
+      return;
+    }
     flown_ = motion_;
     flight_.Advance(*body_, &flown_);
     predicted_ = flown_;
@@ -70,6 +77,11 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   }
 
   RelaxationResult End(const RelaxationResult& solved, Points* U) override {
+    if (held_) {
+      *U = U_free_;
+      if (has_forces_) *U += Eigen::Map<const Points>(response_.data(), U->rows(), 3);
+      return solved;
+    }
     if (has_forces_) {
       V_ = Eigen::Map<const Points>(response_.data(), V_.rows(), 3);
       TakeMotion(body_->RigidPart(V_));
@@ -85,6 +97,22 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     return solved;
   }
 
+  const Points* FreeDisplacements() const override { return held_ ? &U_free_ : nullptr; }
+
+  // The motion over the prediction is that of impulses at the step's start.
+  void TakeMoved(const Points& U) override {
+    if (!held_) return;
+    const FreeBody::Motion moved = U.allFinite() ? body_->RigidPart(U) : FreeBody::Motion();
+    rate_.translation += (moved.translation - q_.translation) / flight_.dt();
+    rate_.rotation += (moved.rotation - q_.rotation) / flight_.dt();
+    q_ = moved;
+  }
+
+  void SetHeld(bool held) override {
+    if (held_ && !held) motion_ = MotionFrom(*body_, q_, rate_);
+    held_ = held;
+  }
+
   Matrix3d Rotation() const override { return motion_.R_WF; }
   bool AtRest() const override { return false; }
 
@@ -97,7 +125,8 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     const Matrix3d& R = motion_.R_WF;
     solver_->RespondTo(b, response);
     for (Eigen::Index a = 0; a + 2 < response.rows(); a += 3) {
-      response.middleRows<3>(a) = (R * response.middleRows<3>(a) * R.transpose()).eval();
+      const Matrix3d turned = R * response.block<3, 3>(a, 0) * R.transpose();
+      response.block<3, 3>(a, 0) = turned;
     }
   }
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override {
@@ -141,6 +170,14 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     TurnFrame(R * q.rotation, &motion_.R_WF);
   }
 
+  void PlaceSmall(const FreeBody::Motion& q, Points* U) const {
+    U->setZero();
+    for (Eigen::Index a = 0; a < body_->arms.rows(); ++a) {
+      const Vector3d arm = body_->arms.row(a);
+      U->row(a) = (q.translation + q.rotation.cross(arm)).transpose();
+    }
+  }
+
   void PlaceRigid(const FreeMotion& motion, Points* U) const {
     U->setZero();
     for (Eigen::Index a = 0; a < body_->arms.rows(); ++a) {
@@ -153,10 +190,13 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   const FreeBody* body_;
   FreeFlight flight_;
   FreeMotion motion_;
-  FreeMotion flown_;      // after the step's free flight
-  FreeMotion predicted_;  // the same with gravity as an impulse
+  FreeMotion flown_;       // after the step's free flight
+  FreeMotion predicted_;   // the same with gravity as an impulse
+  bool held_ = false;      // by links
+  FreeBody::Motion q_;     // while it is held: m, rad
+  FreeBody::Motion rate_;  // the same: m/s, rad/s
   bool has_forces_ = false;
-  Points U_free_;                  // rows x 3, m: at predicted_
+  Points U_free_;                  // rows x 3, m: at predicted_, or by q_
   Eigen::MatrixXd response_;       // 3 rows x 1, m: K^-1 R^T B^T f
   Points V_;                       // rows x 3, m, in the frame
   mutable Eigen::VectorXd local_;  // 3 rows

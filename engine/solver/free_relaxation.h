@@ -20,6 +20,10 @@ namespace hpdm {
 /// 4. So all contacts are implicit: bodies stop without a bounce. A step without forces is the exact
 ///    free flight. In one with forces gravity acts as an impulse too (FreeFlight::Impulse).
 ///
+/// 5. While links hold the body (SetHeld), the frame stays at its rest pose and the motion is that of
+///    small rotations, U = N q + V: the links' modes are constant. Gravity is in the links' loads. A
+///    body that is let go keeps its place and velocity.
+///
 /// `K`: solver of the stiffness with AddInertia(flight.Yield()). `body` must outlive it; `rows`: n +
 /// slots. A relaxation is one step of flight.dt(). An organ whose U is not finite returns to rest.
 std::unique_ptr<Relaxation> MakeFreeRelaxation(std::unique_ptr<ComplianceSolver> K,

@@ -56,6 +56,18 @@ OrganContacts::OrganContacts(const std::vector<OrganModel>& organs) {
   pair_of_.reserve(contacts_.capacity());
 }
 
+void OrganContacts::Wait(const std::array<int, 2>& organs) {
+  for (Pair& pair : pairs_) {
+    if (pair.organs == organs || pair.organs == std::array{organs[1], organs[0]}) pair.waits = true;
+  }
+}
+
+void OrganContacts::Begin(int organ) {
+  for (Pair& pair : pairs_) {
+    if (pair.organs[0] == organ || pair.organs[1] == organ) pair.waits = false;
+  }
+}
+
 bool OrganContacts::AddRows(std::vector<OrganStep>* organs) {
   contacts_.clear();
   pair_of_.clear();
@@ -66,6 +78,7 @@ bool OrganContacts::AddRows(std::vector<OrganStep>* organs) {
 
 bool OrganContacts::AddPair(std::size_t p, std::vector<OrganStep>* organs) {
   Pair& pair = pairs_[p];
+  if (pair.waits) return true;
   const OrganState& first = (*organs)[static_cast<std::size_t>(pair.organs[0])].state();
   const OrganState& second = (*organs)[static_cast<std::size_t>(pair.organs[1])].state();
   const Vector3d between_W = second.offset_W - first.offset_W;

@@ -19,6 +19,10 @@ class OrganContacts {
   /// The pairs are those of OrganOptions::contacts whose organs are both there.
   explicit OrganContacts(const std::vector<OrganModel>& organs);
 
+  /// Leaves out the pair of two organs until Begin() of one of them: a layer joins them. Set-up only.
+  void Wait(const std::array<int, 2>& organs);
+  void Begin(int organ);
+
   /// Finds the contacts at the organs' present shapes and places, and adds their rows after those
   /// of the tools. A pair that slept in its last step and has not moved is left out. False if there
   /// was no room for all.
@@ -35,6 +39,7 @@ class OrganContacts {
          double coefficient);
     std::array<int, 2> organs;  // indices
     double friction;
+    bool waits = false;
     OrganPair search;
     struct Pressed {
       std::uint64_t key = 0;

@@ -4,10 +4,9 @@
 
 #include "engine/base/error.h"
 #include "scenes/generator/meshing/obj_writer.h"
-#include "scenes/generator/meshing/surface_mesher.h"
+#include "scenes/generator/organ_mesh.h"
 #include "scenes/generator/shapes/implicit_shapes.h"
 #include "scenes/generator/shapes/instrument_mesh.h"
-#include "scenes/generator/texturing/texture_atlas.h"
 
 namespace hpdm {
 namespace {
@@ -15,9 +14,7 @@ namespace {
 struct Recipe {
   MeshAsset asset;
   std::unique_ptr<ImplicitShape> (*shape)();
-  int outer_triangles;
-  int cavity_triangles;  ///< 0 for a solid.
-  double wall;           ///< m.
+  OrganMeshOptions mesh;
 };
 
 /// An instrument's part as an asset.
@@ -51,27 +48,21 @@ const PartRecipe* FindPart(const std::string& name) {
 
 const std::vector<Recipe>& Recipes() {
   static const std::vector<Recipe> recipes = {
-      {{"liver_274", "liver of 1.5 l, 274 triangles", true}, LiverShape, 274, 0, 0},
-      {{"liver_1332", "liver of 1.5 l, 1,332 triangles", true}, LiverShape, 1332, 0, 0},
-      {{"liver_5000", "liver of 1.5 l, 5,000 triangles", true}, LiverShape, 5000, 0, 0},
-      {{"liver_30000", "liver of 1.5 l, 30,000 triangles", false}, LiverShape, 30000, 0, 0},
-      {{"liver_120000", "liver of 1.5 l, 120,000 triangles", false}, LiverShape, 120000, 0, 0},
-      {{"stomach_2132", "stomach, solid, 2,132 triangles", true}, StomachShape, 2132, 0, 0},
+      {{"liver_274", "liver of 1.5 l, 274 triangles", true}, LiverShape, {274}},
+      {{"liver_1332", "liver of 1.5 l, 1,332 triangles", true}, LiverShape, {1332}},
+      {{"liver_5000", "liver of 1.5 l, 5,000 triangles", true}, LiverShape, {5000}},
+      {{"liver_30000", "liver of 1.5 l, 30,000 triangles", false}, LiverShape, {30000}},
+      {{"liver_120000", "liver of 1.5 l, 120,000 triangles", false}, LiverShape, {120000}},
+      {{"stomach_2132", "stomach, solid, 2,132 triangles", true}, StomachShape, {2132}},
       {{"stomach_hollow", "stomach with a wall of 5 mm, 2,132 + 1,668 triangles", true},
        StomachShape,
-       2132,
-       1668,
-       5e-3},
+       {2132, 1668, 5e-3}},
       {{"gallbladder", "gallbladder with a wall of 3 mm, 900 + 600 triangles", true},
        GallbladderShape,
-       900,
-       600,
-       3e-3},
+       {900, 600, 3e-3}},
       {{"bent_organ", "solid bent like a J, limbs 10 mm apart, 1,600 triangles", true},
        BentOrganShape,
-       1600,
-       0,
-       0},
+       {1600}},
   };
   return recipes;
 }
@@ -104,19 +95,7 @@ SurfaceMesh MakeMeshAsset(const std::string& name) {
     return part->jaw < 0 ? model.rigid : model.jaws[static_cast<std::size_t>(part->jaw)];
   }
   const Recipe& recipe = FindRecipe(name);
-  const std::unique_ptr<ImplicitShape> shape = recipe.shape();
-  SurfaceMesherOptions options;
-  options.triangle_count = recipe.outer_triangles;
-  SurfaceMesh mesh = MeshImplicitSurface(*shape, options);
-  if (recipe.cavity_triangles > 0) {
-    options.triangle_count = recipe.cavity_triangles;
-    options.level = -recipe.wall;
-    SurfaceMesh cavity = MeshImplicitSurface(*shape, options);
-    DeepenToDistance(*shape, &cavity);
-    mesh = Joined(mesh, TurnedInsideOut(cavity));
-  }
-  mesh.texture_coordinates = MakeTextureAtlas(mesh, recipe.outer_triangles);
-  return mesh;
+  return MeshOrgan(*recipe.shape(), recipe.mesh);
 }
 
 std::string MeshAssetObj(const std::string& name, const SurfaceMesh& mesh) {

@@ -38,7 +38,7 @@ AttachmentOptions ReadAttachment(const TableReader& table,
   if (a.model == OrganModelType::kRigid && b.model == OrganModelType::kRigid) {
     table.Fail("b", "is rigid, as a is", "name at least one organ that deforms");
   }
-  if (Touches(a, b.name) || Touches(b, a.name)) {
+  if (!a.free && !b.free && (Touches(a, b.name) || Touches(b, a.name))) {
     table.Fail("b", "is in a [[contact]] with a",
                "remove one of the two: the layer carries pressure between them itself");
   }

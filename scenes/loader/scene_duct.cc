@@ -16,7 +16,11 @@ const OrganOptions* HolderOf(const TableReader& table, std::string_view key,
   if (!table.ReadString(key, name)) return nullptr;
   RequireOrgan(table, key, *name, organs);
   const OrganOptions& organ = *std::ranges::find(organs, *name, &OrganOptions::name);
-  if (!TakesAttachments(organ)) table.Fail(key, "cannot hold a duct", kAttachmentRemedy);
+  if (!TakesAttachments(organ) || organ.free) {
+    table.Fail(key, "cannot hold a duct",
+               "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony and no "
+               "free, or model = \"rigid\"");
+  }
   return &organ;
 }
 

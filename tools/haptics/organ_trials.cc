@@ -11,6 +11,7 @@
 
 #include "engine/contact/surface_kernel.h"
 #include "engine/mesh/collision.h"
+#include "engine/mesh/mesh_edges.h"
 #include "engine/mesh/winding_number.h"
 #include "engine/statics/static_loads.h"
 #include "tools/shared/simple_bodies.h"
@@ -153,27 +154,18 @@ double OffPlane(OrganBench* bench) {
 
 // Returns the part of a closed surface that encloses the others: without the inner faces of walls.
 SurfaceMesh Outer(const SurfaceMesh& mesh) {
-  std::vector<int> part(static_cast<std::size_t>(mesh.vertices.rows()));
-  std::iota(part.begin(), part.end(), 0);
-  const auto root = [&](int v) {
-    while (part[static_cast<std::size_t>(v)] != v) {
-      v = part[static_cast<std::size_t>(v)] =
-          part[static_cast<std::size_t>(part[static_cast<std::size_t>(v)])];
-    }
-    return v;
-  };
+  DisjointSets parts(static_cast<int>(mesh.vertices.rows()));
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    for (int k = 1; k < 3; ++k) {
-      part[static_cast<std::size_t>(root(mesh.triangles(t, k)))] = root(mesh.triangles(t, 0));
-    }
+    for (int k = 1; k < 3; ++k) parts.Merge(mesh.triangles(t, 0), mesh.triangles(t, k));
   }
   Eigen::Index highest = 0;
   mesh.vertices.col(2).maxCoeff(&highest);
-  const int outer = root(static_cast<int>(highest));
+  const int outer = parts.Find(static_cast<int>(highest));
   SurfaceMesh kept{mesh.vertices, Triangles(mesh.triangles.rows(), 3), {}};
   Eigen::Index count = 0;
   for (Eigen::Index t = 0; t < mesh.triangles.rows(); ++t) {
-    if (root(mesh.triangles(t, 0)) == outer) kept.triangles.row(count++) = mesh.triangles.row(t);
+    if (parts.Find(mesh.triangles(t, 0)) == outer)
+      kept.triangles.row(count++) = mesh.triangles.row(t);
   }
   kept.triangles.conservativeResize(count, 3);
   return kept;

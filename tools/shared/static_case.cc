@@ -48,9 +48,17 @@ OrganOptions LoadedOrgan(const Scene& scene) {
   return organ;
 }
 
-void AddCompared(const nlohmann::json& mesh, bool quadratic, CaseReference* reference) {
-  reference->compared.push_back({quadratic, mesh.at("nodes"), mesh.at("graded"), mesh.at("error"),
-                                 mesh.at("compliance_ratio")});
+std::vector<ComparedTetrahedra> ComparedIn(const nlohmann::json& facts) {
+  std::vector<ComparedTetrahedra> compared;
+  const auto add = [&](const nlohmann::json& meshes, bool quadratic) {
+    for (const nlohmann::json& mesh : meshes) {
+      compared.push_back({quadratic, mesh.at("nodes"), mesh.at("graded"), mesh.at("error"),
+                          mesh.at("compliance_ratio")});
+    }
+  };
+  add(facts.at("linear"), false);
+  add(facts.value("quadratic", nlohmann::json::array()), true);
+  return compared;
 }
 
 }  // namespace
@@ -105,15 +113,26 @@ CaseReference LoadCaseReference(const StaticCase& load_case, const std::filesyst
       const nlohmann::json& u = load.at("displacement_m");
       reference.load_displacements.emplace_back(u.at(0), u.at(1), u.at(2));
     }
-    for (const nlohmann::json& mesh : json.at("linear")) AddCompared(mesh, false, &reference);
-    for (const nlohmann::json& mesh : json.value("quadratic", nlohmann::json::array())) {
-      AddCompared(mesh, true, &reference);
-    }
+    reference.compared = ComparedIn(json);
   } catch (const nlohmann::json::exception& error) {
     throw InputError(facts + ": does not hold a reference solution (" + error.what() + ")" +
                      remedy);
   }
   return reference;
+}
+
+std::vector<ComparedTetrahedra> ComparedBeside(const std::filesystem::path& table) {
+  std::ifstream file(std::filesystem::path(table).replace_extension(".json"));
+  try {
+    return ComparedIn(nlohmann::json::parse(file));
+  } catch (const nlohmann::json::exception&) {
+    return {};
+  }
+}
+
+std::string KindOf(const ComparedTetrahedra& mesh) {
+  return std::string(mesh.quadratic ? "quadratic" : "linear") + " tetrahedra" +
+         (mesh.graded ? ", graded" : " of one size");
 }
 
 std::string CaseName(const StaticCase& load_case) { return load_case.scene.path.stem().string(); }

@@ -35,6 +35,13 @@ struct ComparedTetrahedra {
   double compliance_ratio = 0;  ///< Compliance divided by the reference's.
 };
 
+/// Reads the results of tetrahedra from the facts (NAME.json) beside a reference table NAME.csv; none
+/// if there is no such file or it is not one.
+std::vector<ComparedTetrahedra> ComparedBeside(const std::filesystem::path& table);
+
+/// Returns "linear tetrahedra of one size", "quadratic tetrahedra, graded" and the like.
+std::string KindOf(const ComparedTetrahedra& mesh);
+
 /// A case's solution by quadratic tetrahedra (tests/reference/README.md).
 struct CaseReference {
   Points displacements;                      ///< V x 3, m.

@@ -70,6 +70,10 @@ void Print(const SolveOptions& options, const Scene& scene, const Json& results)
     std::printf("error against %s: %.1f %% (area-weighted relative L2)\n",
                 options.reference.c_str(), 100 * results["error"].get<double>());
   }
+  for (const Json& mesh : results.value("compared", Json::array())) {
+    std::printf("  %s, %d nodes: %.1f %%\n", mesh["elements"].get<std::string>().c_str(),
+                mesh["nodes"].get<int>(), 100 * mesh["error"].get<double>());
+  }
   if (results.contains("picture")) {
     const Json& picture = results["picture"];
     std::printf("%s: coloured by %s, from 0 (dark blue) to %g mm (yellow)\n",
@@ -189,6 +193,10 @@ void Solve(const SolveOptions& options) {
   if (reference) {
     results["error"] =
         RelativeSurfaceError(model.rest(), solution.vertex_displacements, *reference);
+    for (const ComparedTetrahedra& mesh : ComparedBeside(options.reference)) {
+      results["compared"].push_back(
+          {{"elements", KindOf(mesh)}, {"nodes", mesh.nodes}, {"error", mesh.error}});
+    }
   }
   if (!options.picture.empty()) {
     const SolvedColours colours =
@@ -211,7 +219,8 @@ void AddSolveCommand(Command app) {
   solve.AddOption("--out", options->out, "CSV to write: x,y,z,ux,uy,uz of each vertex, m")
       .Required();
   solve.AddOption("--reference", options->reference,
-                  "CSV of the same form to measure the error against");
+                  "CSV of the same form to measure the error against; the errors of tetrahedra that "
+                  "the JSON file beside it has are printed, too");
   solve.AddOption("--picture", options->picture,
                   "PNG to write: the solved shape through the scene's laparoscope, coloured by "
                   "its displacement, or with --reference by its error");

@@ -1,6 +1,8 @@
 #include "scenes/generator/texturing/organ_colours.h"
 
 #include <algorithm>
+#include <cmath>
+#include <cstdint>
 #include <memory>
 
 #include "scenes/generator/shapes/implicit_shapes.h"
@@ -135,11 +137,12 @@ class StomachColours {
 
 class GallbladderColours {
  public:
-  GallbladderColours() : vessels_(*shape_, Trunks(), kVessels) {}
+  GallbladderColours(const ImplicitShape& shape, const Vector3d& neck)
+      : neck_(neck), vessels_(shape, Trunks(neck), kVessels) {}
 
   Vector3d At(const Vector3d& p) const {
     const double patches = FractalNoise(p / 0.016, 3, 41), mottle = FractalNoise(p / 0.003, 2, 45);
-    const double from_neck = (p - GallbladderNeck()).norm();
+    const double from_neck = (p - neck_).norm();
     Vector3d colour =
         Mix({0.31, 0.36, 0.28}, {0.25, 0.33, 0.31}, SmoothStep(-0.5, 0.7, patches + 0.2 * mottle));
     colour = Mix(colour, {0.38, 0.37, 0.24}, 0.5 * SmoothStep(0.1, 0.9, -patches));
@@ -161,21 +164,34 @@ class GallbladderColours {
                                              .seed = 6};
 
   /// The cystic artery's branches along both sides of the body.
-  static std::vector<std::vector<Vector3d>> Trunks() {
-    const Vector3d neck = GallbladderNeck();
+  static std::vector<std::vector<Vector3d>> Trunks(const Vector3d& neck) {
     return {{neck + Vector3d(0.006, 0, 0.002), neck + Vector3d(0.009, -0.02, 0.006)},
             {neck + Vector3d(-0.004, 0, -0.004), neck + Vector3d(-0.008, -0.022, 0.003)}};
   }
 
-  const std::unique_ptr<ImplicitShape> shape_ = GallbladderShape();
+  Vector3d neck_;
   VesselTree vessels_;
 };
 
 /// Returns an organ's colours as a function whose copies share one Organ, because growing the
 /// vessels is slow.
-template <typename Organ>
-SurfaceColour ColourOf() {
-  return [organ = std::make_shared<const Organ>()](const Vector3d& p) { return organ->At(p); };
+template <typename Organ, typename... Arguments>
+SurfaceColour ColourOf(const Arguments&... arguments) {
+  return [organ = std::make_shared<const Organ>(arguments...)](const Vector3d& p) {
+    return organ->At(p);
+  };
+}
+
+/// A smooth wall between two tones, with fine vessels where a noise changes its sign.
+SurfaceColour WallColour(const Vector3d& light, const Vector3d& dark, double size,
+                         std::uint32_t seed) {
+  return [=](const Vector3d& p) {
+    const double patches = FractalNoise(p / size, 3, seed);
+    const double web = std::abs(GradientNoise(p / (0.5 * size), seed + 1)) +
+                       0.4 * std::abs(GradientNoise(p / (0.2 * size), seed + 2));
+    const Vector3d wall = Mix(light, dark, SmoothStep(-0.5, 0.7, patches));
+    return Mix(wall, {0.58, 0.18, 0.17}, 0.4 * SmoothStep(0.14, 0.0, web));
+  };
 }
 
 }  // namespace
@@ -193,6 +209,20 @@ Vector3d FatColour(const Vector3d& p) {
 
 SurfaceColour LiverColour() { return ColourOf<LiverColours>(); }
 SurfaceColour StomachColour() { return ColourOf<StomachColours>(); }
-SurfaceColour GallbladderColour() { return ColourOf<GallbladderColours>(); }
+SurfaceColour GallbladderColour() {
+  return GallbladderColour(*GallbladderShape(), GallbladderNeck());
+}
+SurfaceColour GallbladderColour(const ImplicitShape& shape, const Vector3d& neck) {
+  return ColourOf<GallbladderColours>(shape, neck);
+}
+SurfaceColour DuctColour() {
+  return WallColour({0.66, 0.60, 0.42}, {0.52, 0.52, 0.33}, 0.010, 151);
+}
+SurfaceColour ArteryColour() {
+  return WallColour({0.74, 0.36, 0.32}, {0.63, 0.22, 0.20}, 0.008, 161);
+}
+SurfaceColour NodeColour() {
+  return WallColour({0.69, 0.50, 0.42}, {0.56, 0.36, 0.32}, 0.004, 171);
+}
 
 }  // namespace hpdm

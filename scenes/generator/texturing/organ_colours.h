@@ -1,5 +1,6 @@
 #pragma once
 
+#include "scenes/generator/shapes/implicit_shapes.h"
 #include "scenes/generator/texturing/texture_baking.h"
 
 /// The organs' colours as functions of the point in their own frame (implicit_shapes.h), so that
@@ -22,5 +23,13 @@ SurfaceColour StomachColour();
 
 /// Grey-green to blue with fine vessels and some fat at the neck.
 SurfaceColour GallbladderColour();
+
+/// The same for another gallbladder. `neck`: the middle of its neck, m, in the shape's frame.
+SurfaceColour GallbladderColour(const ImplicitShape& shape, const Vector3d& neck);
+
+/// Walls with fine vessels: yellow-green (a bile duct), red (an artery), tan (a lymph node).
+SurfaceColour DuctColour();
+SurfaceColour ArteryColour();
+SurfaceColour NodeColour();
 
 }  // namespace hpdm

@@ -138,6 +138,21 @@ TEST(ChartPoints, ReportPutsHollowOrgansLastAndNamesTheBestOfEachBudget) {
   EXPECT_NE(text.find("| `stomach`, hollow |"), std::string::npos);
 }
 
+TEST(ComparedTetrahedra, AreThoseOfTheFactsBesideTheTable) {
+  const fs::path table = kSource / "tests/reference/liver_press.csv";
+  std::set<std::string> kinds;
+  for (const ComparedTetrahedra& mesh : ComparedBeside(table)) {
+    kinds.insert(KindOf(mesh));
+    EXPECT_GT(mesh.nodes, 1000);
+    EXPECT_GT(mesh.error, 0.05);
+  }
+  EXPECT_EQ(kinds, (std::set<std::string>{"linear tetrahedra of one size",
+                                          "linear tetrahedra, graded",
+                                          "quadratic tetrahedra, graded"}));
+  EXPECT_TRUE(ComparedBeside("missing.csv").empty());
+  EXPECT_TRUE(ComparedBeside(kSource / "README.md").empty());
+}
+
 TEST(PowerLaws, ExponentAndFactorOfAnExactLawAreFound) {
   std::vector<double> x, y;
   for (const double size : {8., 60., 335., 1300.}) {
