@@ -4,6 +4,7 @@
 Usage, from the repository's root after a build, on an otherwise idle machine:
 
     tools/update_results.py [--quick] [--keep] [chart] [cracks] [bench] [stress] [plan] [haptics]
+    tools/update_results.py chart --only=uniform,local,adaptive,finite,surface
     tools/update_results.py comparison
     tools/update_results.py haptics:organs,shaft stress:organs
 
@@ -12,7 +13,7 @@ between the lines `<!-- NAME begin -->` and `<!-- NAME end -->` of tools/NAME/RE
 NAME.png, if the command made one, into scenes/pictures. `haptics`, `stress` and `bench` have further
 tables, each between lines of its own (TABLES). NAME:TABLE,TABLE measures and replaces only these.
 `comparison` runs build/tools/yardstick/hpdm_comparison, which needs CGAL, and only when it is named.
---keep uses the measurements of an earlier run.
+--keep uses the measurements of an earlier run. --only passes groups of models to `hpdm chart`.
 """
 
 import pathlib
@@ -51,7 +52,7 @@ def replaced(text, path, name, table):
     return f"{head}{begin}\n{table}{end}{tail}"
 
 
-def command(name, tables, quick):
+def command(name, tables, quick, groups):
     if name == "plan":
         return ["plan", *PLANNED, "--out", OUT / "plan/scene.toml", "--chart", OUT / "plan"]
     if name == "cracks":
@@ -59,6 +60,8 @@ def command(name, tables, quick):
     if name == "comparison":
         cases = [f"scenes/cases/{case}.toml" for case in COMPARED]
         return [*cases, "--out", OUT / name, *quick]
+    if name == "chart":
+        return [name, "--out", OUT / name, *groups, *quick]
     parts = [only for only, _ in tables.values()]
     only = ["--only", *sum(parts, [])] if all(parts) else []
     return [name, "--out", OUT / name, *only, *quick]
@@ -80,7 +83,8 @@ def chosen(argument):
 
 def main(arguments):
     options = {each for each in arguments if each.startswith("-")}
-    unknown = options - {"--quick", "--keep"}
+    groups = [each for each in options if each.startswith("--only=")]
+    unknown = options - {"--quick", "--keep", *groups}
     if unknown:
         raise SystemExit(f"update_results.py: unknown option {unknown.pop()}\n{__doc__}")
     quick = ["--quick"] if "--quick" in options else []
@@ -88,7 +92,7 @@ def main(arguments):
         name, tables = chosen(argument)
         if "--keep" not in options:
             program = "yardstick/hpdm_comparison" if name == "comparison" else "hpdm"
-            subprocess.run([ROOT / "build/tools" / program, *command(name, tables, quick)], cwd=ROOT, check=True)
+            subprocess.run([ROOT / "build/tools" / program, *command(name, tables, quick, groups)], cwd=ROOT, check=True)
         folder = "chart" if name in ("cracks", "comparison") else name
         path = ROOT / "tools" / folder / "RESULTS.md"
         text = path.read_text(encoding="utf-8")
