@@ -81,17 +81,17 @@ std::string ChartMarkdown(const std::vector<ChartPoint>& points, const std::stri
                    Entry(of_few).c_str());
     for (const Tetrahedra& kind : kTetrahedra) {
       const ChartPoint* mesh = Compared(of_case, kind.model);
-      text += mesh ? Format(" %.1f %% (%s), %s nodes |", 100 * mesh->error,
-                            Ratio(mesh->compliance_ratio).c_str(),
-                            WithCommas(mesh->unknowns).c_str())
-                   : " - |";
+      text +=
+          mesh ? Format(" %.1f %% (%s), %s nodes |", 100 * mesh->error,
+                        Ratio(mesh->compliance_ratio).c_str(), WithCommas(mesh->unknowns).c_str())
+               : " - |";
     }
     text += "\n";
   }
   return text +
          "\nError: area-weighted relative L2 of the surface displacement against fine quadratic "
-         "tetrahedra; in brackets the compliance under the load over theirs. Graded meshes are finer "
-         "at the load. Step: median; "
+         "tetrahedra; in brackets the compliance under the load over theirs. Graded meshes are "
+         "finer at the load. Step: median; "
          "reposition, relax and relocate a surface of 30,000 triangles; " +
          machine + ".\n";
 }

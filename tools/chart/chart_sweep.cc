@@ -124,8 +124,8 @@ void AddTetrahedra(const StaticCase& load_case, const CaseReference& reference, 
 }  // namespace
 
 const std::vector<std::string>& ChartGroups() {
-  static const std::vector<std::string> groups = {"uniform", "local",  "adaptive",  "finite",
-                                                  "metric",  "surface", "linear",   "cubic",
+  static const std::vector<std::string> groups = {"uniform",   "local",       "adaptive", "finite",
+                                                  "metric",    "surface",     "linear",   "cubic",
                                                   "bernstein", "gauss-seidel"};
   return groups;
 }
@@ -134,8 +134,8 @@ std::vector<ChartFamily> ChartFamilies(bool quick, const std::set<std::string>& 
   using enum SolverType;
   const EnergyOptions small = Strain(StrainMeasure::kSmall, kCholesky);
   std::vector<ChartFamily> families;
-  const auto add = [&](const char* group, const EnergyOptions& energy, const LatticeOptions& lattice,
-                       std::vector<int> sizes) {
+  const auto add = [&](const char* group, const EnergyOptions& energy,
+                       const LatticeOptions& lattice, std::vector<int> sizes) {
     if (quick) sizes = {2, 4};
     families.push_back({group, OrganModelType::kHpdm, energy, lattice, std::move(sizes)});
   };

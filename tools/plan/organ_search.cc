@@ -85,7 +85,7 @@ PlanPoint MeasureModel(const PlanFamily& family, const OrganOptions& model, cons
     point.answers.push_back(body.VertexDisplacements());
   }
   point.distance = PooledError(rest, point.answers, reference_solution.displacements);
-  point.error = std::hypot(point.distance, reference_solution.doubt);
+  point.error = reference_solution.ErrorAt(point.distance);
   if (!std::isfinite(point.error)) point.converged = false;
   for (std::size_t contacts = 1; contacts <= touches.patches.size(); ++contacts) {
     const std::vector<LoadOptions> patches(

@@ -69,6 +69,10 @@ double PooledError(const SurfaceMesh& rest, const std::vector<Points>& u,
   return std::sqrt(apart / moved);
 }
 
+double ReferenceSolution::ErrorAt(double distance) const {
+  return split ? distance + doubt : std::hypot(distance, doubt);
+}
+
 double ReferenceDoubt(const std::vector<double>& changes, bool split) {
   const double last = changes.back();
   if (changes.size() < 2) return last;
@@ -93,6 +97,7 @@ ReferenceSolution MakeReferenceSolution(const OrganOptions& organ, const Surface
     reference_solution.displacements = std::move(finer);
     reference_solution.doubt = changes.empty() ? 1 : ReferenceDoubt(changes, lattice.split());
     reference_solution.cells = cells;
+    reference_solution.split = lattice.split();
     reference_solution.control_points = lattice.control_points();
     const bool enough = reference_solution.doubt <= kEnough * error &&
                         changes.size() >= (lattice.split() ? 2U : 1U);

@@ -20,6 +20,11 @@ struct ReferenceSolution {
   /// Change due to finite strain on a coarse lattice (PooledError).
   double finite_share = 0;
   bool finite = false;  ///< True if that change has been added.
+  bool split = false;   ///< True if tissue splits functions of the finest lattice.
+
+  /// Returns the estimated error of a model at this distance (PooledError). Where functions are split
+  /// both are too stiff at the same notches, so their errors add up; elsewhere they are independent.
+  double ErrorAt(double distance) const;
 
   /// True if models can be judged to `error`: the doubt is at most half of it.
   bool Judges(double error) const { return doubt <= 0.5 * error; }

@@ -101,8 +101,7 @@ struct Written {
     Json entry = Facts(load_case, s);
     entry["graded"] = is_graded;
     entry["error"] = RelativeSurfaceError(load_case.rest, s.u, u);
-    entry["compliance_ratio"] =
-        s.solution.Compliance() / json["compliance_m_per_N"].get<double>();
+    entry["compliance_ratio"] = s.solution.Compliance() / json["compliance_m_per_N"].get<double>();
     json[list].push_back(entry);
   }
   void Write() const {

@@ -86,7 +86,7 @@ struct Trunks {
 };
 
 /// The hepatic and common bile duct from the porta of the liver downwards, and the right hepatic
-/// artery from the patient's left into the liver, m, world.
+/// artery from the ligament into the liver, m, world.
 Trunks MakeTrunks(AnatomyVariant variant, Variation* variation) {
   const double x = variation->Between(-1.5, 1.5), z = variation->Between(-1.5, 1.5);
   Trunks trunks;
@@ -100,13 +100,15 @@ Trunks MakeTrunks(AnatomyVariant variant, Variation* variation) {
     trunks.duct[4].centre += Point(-2, 0, 6);
   }
   if (variant == AnatomyVariant::kArteryInFront) {
-    trunks.artery = {Node(52, -56, -34, 2.4),         Node(42, -47, -25, 2.3),
-                     Node(32 + x, -40, -21 + z, 2.2), Node(23, -30, -20, 2.1),
-                     Node(17, -18, -24, 2.0),         Node(13, -2, -33, 2.0)};
+    trunks.artery = {Node(37, -82, -58, 2.5), Node(44, -64, -45, 2.5),
+                     Node(43, -50, -29, 2.4), Node(32 + x, -40, -21 + z, 2.2),
+                     Node(23, -30, -20, 2.1), Node(17, -18, -24, 2.0),
+                     Node(13, -2, -33, 2.0)};
   } else {
-    trunks.artery = {Node(52, -54, -48, 2.4),         Node(41, -45, -44, 2.3),
-                     Node(31 + x, -37, -41 + z, 2.2), Node(22, -28, -36, 2.1),
-                     Node(16, -18, -33, 2.0),         Node(12, -2, -36, 2.0)};
+    trunks.artery = {Node(37, -82, -60, 2.5), Node(43, -64, -53, 2.5),
+                     Node(42, -48, -46, 2.4), Node(31 + x, -37, -41 + z, 2.2),
+                     Node(22, -28, -36, 2.1), Node(16, -18, -33, 2.0),
+                     Node(12, -2, -36, 2.0)};
   }
   return trunks;
 }

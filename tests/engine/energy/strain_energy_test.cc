@@ -123,17 +123,16 @@ TEST(StrainEnergy, TheStiffnessIsTheSumOfTheBlocksOfAllPointsToTheLastBit) {
   bernstein.basis = BasisType::kBernstein;
   bernstein.degree = {4, 3, 2};
   const Lattice one_cell(block.lattice.box(), bernstein);
-  for (const auto& [lattice, tissue] : {std::pair{&organ.lattice, &organ.tissue},
-                                        std::pair{&block.lattice, &block.tissue},
-                                        std::pair{&one_cell, &block.tissue}}) {
+  for (const auto& [lattice, tissue] :
+       {std::pair{&organ.lattice, &organ.tissue}, std::pair{&block.lattice, &block.tissue},
+        std::pair{&one_cell, &block.tissue}}) {
     const MaterialOptions material;
     const FullStiffness K = StrainStiffness(*lattice, *tissue, material, Dilatation::kPointwise);
     const std::array<WeightMatrix, 3> gradients = lattice->GradientWeights(tissue->points);
     FullStiffness sum = FullStiffness::Zero(K.rows(), K.cols());
-    AddElasticBlocks(gradients, gradients, tissue->weights, ToLame(material),
-                     [&sum](Eigen::Index row, Eigen::Index column, double value) {
-                       sum(row, column) += value;
-                     });
+    AddElasticBlocks(
+        gradients, gradients, tissue->weights, ToLame(material),
+        [&sum](Eigen::Index row, Eigen::Index column, double value) { sum(row, column) += value; });
     EXPECT_EQ((0.5 * (sum + sum.transpose()) - K).cwiseAbs().maxCoeff(), 0);
   }
 }
