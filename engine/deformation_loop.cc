@@ -33,12 +33,14 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
                                  const std::vector<ToolOptions>& tools,
                                  const DeformationEdges& edges,
                                  std::function<Nanoseconds()> stopwatch, Nanoseconds budget,
-                                 const std::vector<AttachmentOptions>& attachments)
+                                 const std::vector<AttachmentOptions>& attachments,
+                                 const std::vector<DuctOptions>& ducts)
     : edges_(edges),
       stopwatch_(std::move(stopwatch)),
       organ_contacts_(organs),
       joint_relaxation_(organ_contacts_.pairs()),
       layer_actions_(tools),
+      duct_actions_(tools),
       shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   organs_.reserve(organs.size());
@@ -55,24 +57,30 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   for (std::size_t t = 0; t < tools.size(); ++t) {
     trackers_.emplace_back(static_cast<int>(t), tools[t]).Reserve(columns);
   }
-  if (!attachments.empty()) Join(attachments);
+  if (!attachments.empty() || !ducts.empty()) Join(attachments, ducts);
 }
 
-// Joins the attached organs. The compliances of their vertices at rest are those with the layers.
-void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments) {
+AttachmentJoint::Organ DeformationLoop::JoinedOrganOf(const std::string& name) const {
+  for (std::size_t o = 0; o < organs_.size(); ++o) {
+    const OrganModel& model = organs_[o].model();
+    if (model.options().name != name) continue;
+    HPDM_CHECK(TakesAttachments(model.options()));
+    const OrganState& state = organs_[o].state();
+    return JoinedOrgan(static_cast<int>(o), model, *state.relaxation,
+                       state.control_displacements.rows());
+  }
+  return {.index = -1};
+}
+
+// Joins the organs that attachments and ducts connect. The compliances of their vertices at rest are
+// those with the layers and ducts.
+void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments,
+                           const std::vector<DuctOptions>& ducts) {
   std::vector<AttachmentBed> beds;
   std::vector<std::array<AttachmentJoint::Organ, 2>> pairs;
   for (const AttachmentOptions& attachment : attachments) {
-    std::array<AttachmentJoint::Organ, 2>& pair = pairs.emplace_back();
-    for (std::size_t o = 0; o < organs_.size(); ++o) {
-      const OrganModel& model = organs_[o].model();
-      const std::string& name = model.options().name;
-      if (name != attachment.a && name != attachment.b) continue;
-      HPDM_CHECK(TakesAttachments(model.options()));
-      const OrganState& state = organs_[o].state();
-      pair[name == attachment.a ? 0 : 1] = JoinedOrgan(
-          static_cast<int>(o), model, *state.relaxation, state.control_displacements.rows());
-    }
+    const std::array<AttachmentJoint::Organ, 2>& pair =
+        pairs.emplace_back(std::array{JoinedOrganOf(attachment.a), JoinedOrganOf(attachment.b)});
     HPDM_CHECK(pair[0].index != pair[1].index);
     organ_contacts_.Wait({pair[0].index, pair[1].index});
     beds.emplace_back(attachment, organs_[ToSize(pair[0].index)].model(),
@@ -81,9 +89,21 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments) {
       RefuseSharedSurface(beds[other], beds.back());
     }
   }
+  std::vector<std::shared_ptr<const DuctModel>> models;
+  for (const DuctOptions& duct : ducts) {
+    const auto& pair = pairs.emplace_back(std::array{JoinedOrganOf(duct.a), JoinedOrganOf(duct.b)});
+    const auto model = [&](const AttachmentJoint::Organ& organ) {
+      return organ.index < 0 ? nullptr : &organs_[ToSize(organ.index)].model();
+    };
+    models.push_back(std::make_shared<const DuctModel>(duct, model(pair[0]), model(pair[1]),
+                                                       static_cast<int>(models.size())));
+    for (std::size_t other = 0; other + 1 < models.size(); ++other) {
+      RefuseSharedEnds(*models[other], *models.back());
+    }
+  }
   std::vector<AttachmentLink> links;
   Eigen::Index modes = 0;
-  for (auto& joint : JoinOrgans(std::move(beds), pairs)) {
+  for (auto& joint : JoinOrgans(std::move(beds), pairs, std::move(models))) {
     modes = std::max(modes, joint->modes());
     links.emplace_back(std::move(joint));
   }
@@ -119,6 +139,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.flags = kStepOk;
 
   const ToolState& tools = SanitisedTools(given);
+  duct_actions_.Apply(&tools_, joint_relaxation_.links());
   ChooseQuality();
   Collide(tools);
   sample_.layer_work = layer_actions_.Apply(tools, dt, organs_, joint_relaxation_.links());
@@ -260,6 +281,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   patch.tool_count = tools.tool_count;
   for (int t = 0; t < tools.tool_count; ++t) {
     trackers_[t].FillPatches(tools.tools[t], &organs_, &patch.tools[t]);
+    duct_actions_.FillPatch(t, tools.tools[t], joint_relaxation_.links(), organs_, &patch.tools[t]);
     for (ToolPatch& place : patch.tools[t].places) place.time_ns = tools.time_ns;
   }
 }
@@ -273,6 +295,10 @@ void DeformationLoop::FillSample(const ToolState& tools) {
       const int index = link.joint().layers()[l].bed.index;
       sample_.attachments[ToSize(index)] = link.outcomes()[l];
       sample_.attachment_count = std::max(sample_.attachment_count, index + 1);
+    }
+    for (const DuctState& duct : link.state().ducts()) {
+      sample_.ducts[ToSize(duct.model().index)] = duct.Outcome();
+      sample_.duct_count = std::max(sample_.duct_count, duct.model().index + 1);
     }
   }
   FillTensions();
@@ -337,8 +363,12 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->contacts = sample_.contacts;
   scene->beside = sample_.beside;
   for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].FillSnapshot(&scene->organs[o]);
-  if (scene->damage.empty()) return;
   for (const AttachmentLink& link : links()) {
+    for (const DuctState& duct : link.state().ducts()) {
+      const auto index = ToSize(duct.model().index);
+      if (index < scene->ducts.size()) duct.FillSnapshot(&scene->ducts[index]);
+    }
+    if (scene->damage.empty()) continue;
     for (std::size_t l = 0; l < link.joint().layers().size(); ++l) {
       std::ranges::copy(link.state().DamageOf(l),
                         scene->damage[ToSize(link.joint().layers()[l].bed.index)].begin());
@@ -347,9 +377,13 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
 }
 
 SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,
-                            bool with_vertices, std::span<const AttachmentBed> beds) {
+                            bool with_vertices, std::span<const AttachmentBed> beds,
+                            std::span<const DuctModel> ducts) {
   SceneSnapshot scene;
   for (const AttachmentBed& bed : beds) scene.damage.emplace_back(ToSize(bed.size()), 0.0f);
+  for (const DuctModel& duct : ducts) {
+    scene.ducts.emplace_back(SnapshotOf(duct.rod));
+  }
   scene.tool_count = tool_count;
   for (const OrganModel& model : organs) {
     OrganSnapshot organ;

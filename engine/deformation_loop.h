@@ -7,9 +7,11 @@
 #include "engine/attachment/attached_compliance.h"
 #include "engine/attachment/attachment_options.h"
 #include "engine/base/copying.h"
+#include "engine/duct/duct_options.h"
 #include "engine/organ/organ_state.h"
 #include "engine/snapshots.h"
 #include "engine/step/joint_relaxation.h"
+#include "engine/step/duct_actions.h"
 #include "engine/step/layer_actions.h"
 #include "engine/step/load_shedding.h"
 #include "engine/step/organ_contacts.h"
@@ -41,11 +43,12 @@ class DeformationLoop {
   /// the organs at rest (SizedSnapshot); a step writes only shapes newer than the slot's.
   /// `stopwatch` gives the session time for StepRecord::compute_ns; nullptr (lockstep): nothing is
   /// measured. Steps longer than `budget` (ns) lower the organs' quality (load_shedding.h); 0: no
-  /// limit. `attachments`: each of two of the organs, which TakesAttachments(); throws InputError as
-  /// AttachmentBed does.
+  /// limit. `attachments`, `ducts`: of the organs, which TakesAttachments(); throws InputError as
+  /// AttachmentBed and DuctModel do.
   DeformationLoop(const std::vector<OrganModel>& organs, const std::vector<ToolOptions>& tools,
                   const DeformationEdges& edges, std::function<Nanoseconds()> stopwatch = nullptr,
-                  Nanoseconds budget = 0, const std::vector<AttachmentOptions>& attachments = {});
+                  Nanoseconds budget = 0, const std::vector<AttachmentOptions>& attachments = {},
+                  const std::vector<DuctOptions>& ducts = {});
 
   /// A copy continues from the same state to the last bit, once it is attached to edges of its own.
   /// An assignment keeps the organs' arrays in place if they are of the same meshes.
@@ -75,11 +78,13 @@ class DeformationLoop {
   /// Record of the last step.
   const StepRecord& record() const { return record_; }
   const OrganState& organ(int i) const { return organs_[i].state(); }
-  /// The joints of attached organs.
+  /// The joints of organs that attachments and ducts connect.
   std::span<const AttachmentLink> links() const { return joint_relaxation_.links(); }
 
  private:
-  void Join(const std::vector<AttachmentOptions>& attachments);
+  void Join(const std::vector<AttachmentOptions>& attachments,
+            const std::vector<DuctOptions>& ducts);
+  AttachmentJoint::Organ JoinedOrganOf(const std::string& name) const;
   void ChooseQuality();
   const ToolState& SanitisedTools(const ToolState& given);
   void Collide(const ToolState& tools);
@@ -101,6 +106,7 @@ class DeformationLoop {
   OrganContacts organ_contacts_;
   JointRelaxation joint_relaxation_;
   LayerActions layer_actions_;
+  DuctActions duct_actions_;
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;
@@ -110,8 +116,9 @@ class DeformationLoop {
 };
 
 /// Returns a snapshot of the rest state whose arrays have the organs' sizes. Readers that rebuild
-/// the vertices get none. `beds`: those of the scene's attachments, for readers that draw them.
+/// the vertices get none. `beds`, `ducts`: those of the scene, for readers that draw them.
 SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_count,
-                            bool with_vertices, std::span<const AttachmentBed> beds = {});
+                            bool with_vertices, std::span<const AttachmentBed> beds = {},
+                            std::span<const DuctModel> ducts = {});
 
 }  // namespace hpdm

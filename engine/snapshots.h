@@ -7,6 +7,7 @@
 #include "engine/attachment/attachment_outcome.h"
 #include "engine/base/types.h"
 #include "engine/contact_patch.h"
+#include "engine/duct/duct_outcome.h"
 #include "engine/scene_limits.h"
 
 /// Values that the threads exchange. The types of this file cross exactly these edges:
@@ -166,6 +167,7 @@ struct SceneSnapshot {
   /// Damage 0..1 of each sample of each attachment's bed, in the scene's order. Empty on the
   /// telemetry edge.
   std::vector<std::vector<float>> damage;
+  std::vector<DuctSnapshot> ducts;  ///< In the scene's order. Empty on the telemetry edge.
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
@@ -196,6 +198,8 @@ struct StepSample {
   std::array<OrganRelaxation, kMaxOrgans> organs;
   int attachment_count = 0;
   std::array<AttachmentOutcome, kMaxAttachments> attachments;  ///< In the scene's order.
+  int duct_count = 0;
+  std::array<DuctOutcome, kMaxDucts> ducts;  ///< In the scene's order. Not in the log.
   int layer_count = 0;
   /// Largest tension of each layer of the organs in turn, N/m. Not in the log.
   std::array<double, kMaxLayers> layer_tensions{};

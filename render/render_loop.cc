@@ -54,7 +54,7 @@ struct RenderLoop::Drawing {
       : context(loop.make_context_()),
         target(loop.scope_.width(), loop.scope_.height(), loop.options_.samples),
         view(loop.organs_, loop.instruments_, loop.options_.background, {},
-             loop.options_.attachments) {}
+             loop.options_.attachments, loop.options_.ducts) {}
 
   std::unique_ptr<RenderContext> context;  // first: the others need it
   PictureTarget target;

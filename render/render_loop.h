@@ -38,6 +38,7 @@ struct RenderOptions {
   HandlingLimits limits;                      ///< The status text has an alarm above them.
   std::uint32_t overlays = kOverlayNone;      ///< Or-ed; a window's ViewSettings replace them.
   std::vector<AttachmentVisual> attachments;  ///< Layers between the organs.
+  std::vector<DuctVisual> ducts;
   const Image* background = nullptr;  ///< Picture on the cavity's wall (cavity_renderer.h). Must
                                       ///< outlive the loop. Null: a bare wall.
 };

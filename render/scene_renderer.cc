@@ -7,13 +7,15 @@ namespace hpdm {
 SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
                              const std::vector<InstrumentVisual>& instruments,
                              const Image* background, const SceneRendererOptions& options,
-                             const std::vector<AttachmentVisual>& attachments)
+                             const std::vector<AttachmentVisual>& attachments,
+                             const std::vector<DuctVisual>& ducts)
     : organs_(organs, options.levels, options.shadows),
       instruments_(instruments),
       cavity_(background),
       overlays_(organs) {
   if (options.occlusion) occlusion_.emplace();
   if (!attachments.empty()) attachments_.emplace(attachments, organs);
+  if (!ducts.empty()) ducts_.emplace(ducts, options.shadows);
 }
 
 void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
@@ -24,8 +26,14 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
 
   organs_.Move(snapshot, scope);
   if (attachments_) attachments_->Move(snapshot, &organs_);
+  if (ducts_) ducts_->Move(snapshot, scope);
   glDepthFunc(GL_LEQUAL);
-  if (occlusion_) occlusion_->Update(scope, [this] { organs_.DrawDepth(); });
+  if (occlusion_) {
+    occlusion_->Update(scope, [this] {
+      organs_.DrawDepth();
+      if (ducts_) ducts_->DrawDepth();
+    });
+  }
 
   glEnable(GL_DEPTH_TEST);
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT);
@@ -34,6 +42,7 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   mask_.Draw();
   instruments_.Draw(snapshot);
   organs_.Draw(occlusion_ ? &*occlusion_ : nullptr);
+  if (ducts_) ducts_->Draw(occlusion_ ? &*occlusion_ : nullptr);
   cavity_.Draw(scope);
   if (attachments_) attachments_->Draw(snapshot, scope);
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);

@@ -12,6 +12,7 @@
 #include "render/overlay/overlay_renderer.h"
 #include "render/tissue/attachment_renderer.h"
 #include "render/tissue/cavity_renderer.h"
+#include "render/tissue/duct_renderer.h"
 #include "render/tissue/occlusion.h"
 #include "render/tissue/organ_renderer.h"
 
@@ -34,7 +35,8 @@ class SceneRenderer {
   SceneRenderer(const std::vector<OrganVisual>& organs,
                 const std::vector<InstrumentVisual>& instruments, const Image* background = nullptr,
                 const SceneRendererOptions& options = {},
-                const std::vector<AttachmentVisual>& attachments = {});
+                const std::vector<AttachmentVisual>& attachments = {},
+                const std::vector<DuctVisual>& ducts = {});
 
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Ignores
   /// organs and tools beyond those given at construction; fewer organs or another vertex count is
@@ -52,6 +54,7 @@ class SceneRenderer {
   OrganRenderer organs_;
   InstrumentRenderer instruments_;
   std::optional<AttachmentRenderer> attachments_;
+  std::optional<DuctRenderer> ducts_;
   CavityRenderer cavity_;
   std::optional<Occlusion> occlusion_;
   CircleMask mask_;

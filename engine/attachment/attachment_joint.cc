@@ -60,9 +60,13 @@ Touched TouchedBy(const AttachmentBed& bed) {
 }  // namespace
 
 AttachmentJoint::AttachmentJoint(std::vector<AttachmentBed> beds,
-                                 const std::vector<std::array<Organ, 2>>& organs) {
-  HPDM_CHECK(beds.size() == organs.size());
+                                 const std::vector<std::array<Organ, 2>>& organs,
+                                 std::vector<std::shared_ptr<const DuctModel>> ducts) {
+  HPDM_CHECK(beds.size() + ducts.size() == organs.size());
   for (std::size_t l = 0; l < beds.size(); ++l) AddLayer(std::move(beds[l]), organs[l]);
+  for (std::size_t d = 0; d < ducts.size(); ++d) {
+    AddDuct(std::move(ducts[d]), organs[beds.size() + d]);
+  }
   Respond();
   organs_.clear();
   shapes_.clear();
@@ -94,16 +98,7 @@ void AttachmentJoint::AddLayer(AttachmentBed bed, const std::array<Organ, 2>& or
   while (values[dropped] <= kLeastShare * values[values.size() - 1]) ++dropped;
   const Eigen::MatrixXd kept = solver.eigenvectors().rightCols(values.size() - dropped);
   const Eigen::Index first = modes_, count = kept.cols();
-  modes_ += count;
-  for (std::size_t m = 0; m < members_.size(); ++m) {
-    Eigen::MatrixXd& shape = shapes_[m];
-    Eigen::VectorXd& offset = members_[m].offset;
-    const Eigen::Index had = shape.rows();
-    shape.conservativeResize(modes_, Eigen::NoChange);
-    shape.bottomRows(modes_ - had).setZero();
-    offset.conservativeResize(modes_);
-    offset.tail(modes_ - had).setZero();
-  }
+  AddModes(count);
   for (std::size_t c = 0; c < touched.columns.size(); ++c) {
     const auto [side, column] = touched.columns[c];
     const auto m = static_cast<std::size_t>(members[static_cast<std::size_t>(side)]);
@@ -120,6 +115,41 @@ void AttachmentJoint::AddLayer(AttachmentBed bed, const std::array<Organ, 2>& or
   }
   Layer& layer = layers_.emplace_back(Layer{std::move(bed), members, first, {}});
   layer.samples = (touched.rows * kept).transpose();
+}
+
+// Adds modes that no member moves yet.
+void AttachmentJoint::AddModes(Eigen::Index count) {
+  modes_ += count;
+  for (std::size_t m = 0; m < members_.size(); ++m) {
+    Eigen::MatrixXd& shape = shapes_[m];
+    Eigen::VectorXd& offset = members_[m].offset;
+    const Eigen::Index had = shape.rows();
+    shape.conservativeResize(modes_, Eigen::NoChange);
+    shape.bottomRows(modes_ - had).setZero();
+    offset.conservativeResize(modes_);
+    offset.tail(modes_ - had).setZero();
+  }
+}
+
+void AttachmentJoint::AddDuct(std::shared_ptr<const DuctModel> model,
+                              const std::array<Organ, 2>& organs) {
+  Duct& duct = ducts_.emplace_back(Duct{std::move(model), {-1, -1}, modes_});
+  for (std::size_t end = 0; end < 2; ++end) {
+    if (organs[end].index >= 0) duct.members[end] = AddMember(organs[end]);
+  }
+  AddModes(0);
+  for (std::size_t end = 0; end < 2; ++end) {
+    if (!duct.model->IsHeldByLattice(end)) continue;
+    const Eigen::Index first = modes_;
+    AddModes(DuctModel::Hold::kRows);
+    const auto m = ToSize(duct.members[end]);
+    for (int r = 0; r < DuctModel::Hold::kRows; ++r) {
+      for (const auto& [column, value] : duct.model->holds[end].rows[ToSize(r)]) {
+        shapes_[m](first + r, column) = value;
+      }
+    }
+    members_[m].offset[first] = 1;
+  }
 }
 
 // Computes the members' responses and G^-1.
@@ -149,6 +179,7 @@ void AttachmentJoint::Respond() {
       }
     }
   }
+  if (modes_ == 0) return;
   Eigen::MatrixXd lasting;
   for (std::size_t m = 0; m < members_.size(); ++m) {
     if (organs_[m].body == nullptr) continue;
@@ -163,6 +194,11 @@ void AttachmentJoint::Respond() {
   }
   const Eigen::LLT<Eigen::MatrixXd> factor((G + G.transpose()) / 2);
   if (factor.info() != Eigen::Success) {
+    if (!ducts_.empty()) {
+      throw InputError("duct \"" + ducts_[0].model->options.name +
+                       "\": its organs' functions do not tell the ends of ducts apart; move the "
+                       "ends apart or use more cells");
+    }
     throw InputError("[[attachment]] of organs \"" + layers_[0].bed.options.a + "\" and \"" +
                      layers_[0].bed.options.b +
                      "\": its modes depend on each other; use fewer cells or a larger region");
@@ -210,16 +246,17 @@ AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Rel
 }
 
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
-    std::vector<AttachmentBed> beds,
-    const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs) {
-  std::vector<std::size_t> group(beds.size());
+    std::vector<AttachmentBed> beds, const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs,
+    std::vector<std::shared_ptr<const DuctModel>> ducts) {
+  std::vector<std::size_t> group(organs.size());
   std::iota(group.begin(), group.end(), std::size_t{0});
   for (bool changed = true; changed;) {
     changed = false;
-    for (std::size_t l = 0; l < beds.size(); ++l) {
+    for (std::size_t l = 0; l < organs.size(); ++l) {
       for (std::size_t k = 0; k < l; ++k) {
         const auto shares = [&](const AttachmentJoint::Organ& organ) {
-          return organ.index == organs[k][0].index || organ.index == organs[k][1].index;
+          return organ.index >= 0 &&
+                 (organ.index == organs[k][0].index || organ.index == organs[k][1].index);
         };
         if (group[l] == group[k] || !(shares(organs[l][0]) || shares(organs[l][1]))) continue;
         group[l] = group[k] = std::min(group[l], group[k]);
@@ -228,15 +265,23 @@ std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
     }
   }
   std::vector<std::shared_ptr<const AttachmentJoint>> joints;
-  for (std::size_t g = 0; g < beds.size(); ++g) {
+  for (std::size_t g = 0; g < organs.size(); ++g) {
     std::vector<AttachmentBed> own;
+    std::vector<std::shared_ptr<const DuctModel>> own_ducts;
     std::vector<std::array<AttachmentJoint::Organ, 2>> pairs;
     for (std::size_t l = 0; l < beds.size(); ++l) {
       if (group[l] != g) continue;
       own.push_back(std::move(beds[l]));
       pairs.push_back(organs[l]);
     }
-    if (!own.empty()) joints.push_back(std::make_shared<AttachmentJoint>(std::move(own), pairs));
+    for (std::size_t d = 0; d < ducts.size(); ++d) {
+      if (group[beds.size() + d] != g) continue;
+      own_ducts.push_back(std::move(ducts[d]));
+      pairs.push_back(organs[beds.size() + d]);
+    }
+    if (pairs.empty()) continue;
+    joints.push_back(
+        std::make_shared<AttachmentJoint>(std::move(own), pairs, std::move(own_ducts)));
   }
   return joints;
 }

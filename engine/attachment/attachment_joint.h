@@ -7,16 +7,18 @@
 
 #include "engine/attachment/attachment_bed.h"
 #include "engine/contact/lattice_compliance.h"
+#include "engine/duct/duct_model.h"
 #include "engine/solver/free_body.h"
 
 namespace hpdm {
 
-/// Organs that attachments join, directly or through others: the constant part of their common
-/// response. A layer's samples see the displacements U of its two organs only through few modes
+/// Organs that attachments and ducts join, directly or through others: the constant part of their
+/// common response. A layer's samples see the displacements U of its two organs only through few modes
 /// w = Phi U, since the lattices have few functions there: delta_i = sum_j M_ij w_j. So with the
 /// stiffness of the layers R = M^T diag(A_i k_i) M in these modes the organs respond by
 ///     H - H Phi^T (1 + R G)^-1 R Phi H,     H = K^-1 of all organs,   G = Phi H Phi^T.
-/// Damage changes R alone. Modes are Phi's rows times the three axes: mode 3 j + d moves along d.
+/// Damage changes R alone. A duct acts on the rows of its ends (DuctModel::Hold): these are further
+/// modes, behind those of all layers, and its stiffness is a block of R. Modes are Phi's rows times the three axes: mode 3 j + d moves along d.
 ///
 /// Local functions follow the lattice (schur_complement.h): a layer acts on U + Y V.
 /// Built at set-up; any thread may read it.
@@ -55,11 +57,21 @@ class AttachmentJoint {
     Eigen::MatrixXd samples;  ///< s x M: column i is M_i.
   };
 
-  /// `beds`: connected; `organs`: a and b of each.
-  AttachmentJoint(std::vector<AttachmentBed> beds, const std::vector<std::array<Organ, 2>>& organs);
+  /// A duct with the members that hold its ends; -1: the world.
+  struct Duct {
+    std::shared_ptr<const DuctModel> model;
+    std::array<int, 2> members{-1, -1};
+    Eigen::Index first_mode = 0;  ///< Of those of its ends that lattices hold.
+  };
+
+  /// `beds`, `ducts`: connected; `organs`: a and b of each bed, then those of each duct, with index
+  /// -1 for the world.
+  AttachmentJoint(std::vector<AttachmentBed> beds, const std::vector<std::array<Organ, 2>>& organs,
+                  std::vector<std::shared_ptr<const DuctModel>> ducts = {});
 
   const std::vector<Member>& members() const { return members_; }
   const std::vector<Layer>& layers() const { return layers_; }
+  const std::vector<Duct>& ducts() const { return ducts_; }
   Eigen::Index modes() const { return modes_; }  ///< r, along each axis.
   /// Returns the number of the organ's member, or -1.
   int MemberOf(int organ) const;
@@ -77,6 +89,8 @@ class AttachmentJoint {
  private:
   int AddMember(const Organ& organ);
   void AddLayer(AttachmentBed bed, const std::array<Organ, 2>& organs);
+  void AddDuct(std::shared_ptr<const DuctModel> model, const std::array<Organ, 2>& organs);
+  void AddModes(Eigen::Index count);
   void Respond();
   void AddFreeMotion(std::size_t member, Eigen::MatrixXd* G);
 
@@ -84,6 +98,7 @@ class AttachmentJoint {
   std::vector<Organ> organs_;            // of each member, at set-up
   std::vector<Eigen::MatrixXd> shapes_;  // of each member, r x n: Phi; at set-up
   std::vector<Layer> layers_;
+  std::vector<Duct> ducts_;
   Eigen::Index modes_ = 0;
   Eigen::MatrixXd stiffness_;
   Eigen::MatrixXd lasting_stiffness_;
@@ -96,9 +111,10 @@ class AttachmentJoint {
 AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Relaxation& relaxation,
                                    Eigen::Index rows);
 
-/// Groups the beds into joints. `organs`: a and b of each bed.
+/// Groups the beds and the ducts into joints. `organs`: a and b of each bed, then those of each duct,
+/// with index -1 for the world.
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
-    std::vector<AttachmentBed> beds,
-    const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs);
+    std::vector<AttachmentBed> beds, const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs,
+    std::vector<std::shared_ptr<const DuctModel>> ducts = {});
 
 }  // namespace hpdm

@@ -1,5 +1,6 @@
 #include "engine/attachment/attachment_link.h"
 
+#include <Eigen/LU>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -27,6 +28,9 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
 }
 
 bool AttachmentLink::IsMovedApart(std::span<const Vector3d> offsets_W) const {
+  for (const DuctState& duct : state_.ducts()) {
+    if (!duct.AtRest() || !offsets_W[0].isZero(0)) return true;
+  }
   for (const Vector3d& offset_W : offsets_W) {
     if (offset_W != offsets_W[0]) return true;
   }
@@ -47,6 +51,30 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
       apart_.segment<3>(3 * j) += excited[j] * apart_W;
     }
   }
+  // The modes are relative to the first member's offset.
+  for (std::size_t d = 0; d < state_.ducts().size(); ++d) {
+    DuctState& duct = state_.ducts()[d];
+    for (std::size_t end = 0; end < 2; ++end) {
+      const int member = joint().ducts()[d].members[end];
+      if (member < 0) continue;
+      duct.SetOffset(end, offsets_W[duct.model().IsHeldByLattice(end) ? 0 : ToSize(member)]);
+    }
+  }
+  state_.MoveDucts(w_);
+}
+
+Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
+  const DuctState::HeldStiffness held = state_.ducts()[duct].StiffnessOf(node);
+  Matrix3d stiffness = held.node;
+  const Eigen::Index first = 3 * joint().ducts()[duct].first_mode, count = held.rows.rows();
+  state_.Refactor();
+  for (int d = 0; d < 3 && count > 0; ++d) {
+    free_.setZero();
+    free_.segment(first, count) = held.rows.col(d);
+    state_.Settle(free_);
+    stiffness.col(d) -= held.rows.transpose() * free_.segment(first, count);
+  }
+  return ((stiffness + stiffness.transpose()) / 2).inverse();
 }
 
 // A free organ moves also without forces.
@@ -111,12 +139,12 @@ void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver
     offset_.noalias() = joint().stiffness() * apart_;
   }
   state_.Refactor();
-  // w = w_0 - G (R w + released): the released weight acts on the organs like a layer's force.
+  // w = w_0 - G (R w + constant).
   free_ = offset_;
-  state_.TakeReleasedWeight(free_);
+  state_.TakeConstantForces(free_);
   state_.Settle(free_);
   state_.ForcesOf(free_, q_);
-  state_.AddReleasedWeight(q_);
+  state_.AddConstantForces(q_);
   const auto count = static_cast<Eigen::Index>(column_count_);
   for (Eigen::Index e = 0; e < count; ++e) {
     solver->change()[equations_[ToSize(e)]] += along_.col(e).dot(q_);
@@ -145,7 +173,7 @@ bool AttachmentLink::Advance(const ContactSolver& solver) {
   w_ += free_;
   if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
   state_.ForcesOf(w_, q_);
-  state_.AddReleasedWeight(q_);
+  state_.AddConstantForces(q_);
   return state_.Update(w_) || round_ >= kMaxRounds;
 }
 

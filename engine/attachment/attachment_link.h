@@ -28,10 +28,14 @@ class AttachmentLink final : public BodyLink {
 
   /// True once all layers of a free organ are torn: it has left the joint.
   bool HasLetGo(std::size_t member) const { return let_go_[member] != 0; }
+  /// The joint's ducts, to clip, cut and hold them between two steps.
+  std::span<DuctState> ducts() { return state_.ducts(); }
+  /// Returns the compliance of a held node of a duct with all that holds it, m/N, after a step.
+  Matrix3d ComplianceOf(std::size_t duct, int node);
 
   /// Begins a step. `offsets_W`: of the members, m; `bodies`: their numbers in the problem.
   void Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies);
-  /// True if the members' offsets differ: then none of them can sleep.
+  /// True if the members' offsets differ or a duct is not at rest: then none of them can sleep.
   bool IsMovedApart(std::span<const Vector3d> offsets_W) const;
 
   /// Removes a share of a sample's area, as AttachmentState does. The next step's problem is solved

@@ -28,6 +28,10 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   torn_ = burnt_ = cut_ = damage_;
   spared_.assign(joint_->layers().size(), 0);
   closed_.assign(count, 0);
+  for (const AttachmentJoint::Duct& duct : joint_->ducts()) {
+    duct_unknowns_ += ducts_.emplace_back(duct.model).unknowns();
+  }
+  if (!ducts_.empty()) constant_.setZero(3 * joint_->modes());
   taken_away_.assign(joint_->layers().size(), 0);
   Refactor();
   if (joint_->sag().size() > 0) BearWeight();
@@ -39,7 +43,7 @@ void AttachmentState::BearWeight() {
   const Eigen::VectorXd w =
       (stiffness + R_).ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
   borne_.resize(static_cast<Eigen::Index>(damage_.size()), 3);
-  released_.setZero(w.size());
+  constant_.setZero(w.size());
   Eigen::Index at = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     const AttachmentBed& bed = layer.bed;
@@ -100,10 +104,17 @@ void AttachmentState::TakeAway(std::size_t layer) {
 }
 
 void AttachmentState::Refactor() {
-  if (!changed_) return;
-  changed_ = false;
+  if (!changed_ && !ducts_changed_) return;
+  if (changed_) AddLayers();
+  AddDucts();
+  Factor();
+  changed_ = ducts_changed_ = false;
+}
+
+// Fills the layers' part of R and of the constant forces.
+void AttachmentState::AddLayers() {
   R_.setZero();
-  if (released_.size() > 0) released_.setZero();
+  if (constant_.size() > 0) constant_.setZero();
   std::size_t first = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     const Eigen::Index s = layer.samples.rows(), at = 3 * layer.first_mode;
@@ -136,7 +147,7 @@ void AttachmentState::Refactor() {
         }
       }
     }
-    for (int i = 0; i < layer.bed.size() && released_.size() > 0; ++i) {
+    for (int i = 0; i < layer.bed.size() && borne_.rows() > 0; ++i) {
       const auto sample = static_cast<Eigen::Index>(first) + i;
       const double d = damage_[ToSize(sample)];
       if (d == 0) continue;
@@ -146,14 +157,38 @@ void AttachmentState::Refactor() {
         lost -= n.dot(lost) * n;
       }
       for (Eigen::Index j = 0; j < s; ++j) {
-        released_.segment<3>(at + 3 * j) -= layer.samples(j, i) * lost;
+        constant_.segment<3>(at + 3 * j) -= layer.samples(j, i) * lost;
       }
     }
     first += ToSize(layer.bed.size());
   }
-  factor_ = joint_->stiffness() + R_;
-  const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(factor_);
-  static_cast<void>(factor);  // in place
+}
+
+void AttachmentState::AddDucts() {
+  for (std::size_t d = 0; d < ducts_.size(); ++d) {
+    const Eigen::Index at = 3 * joint_->ducts()[d].first_mode, count = ducts_[d].unknowns();
+    R_.block(at, at, count, count) = ducts_[d].stiffness();
+    constant_.segment(at, count) = ducts_[d].constant();
+  }
+}
+
+// Factors G^-1 + R. If the layers are the same, only the ducts' rows change, the last ones. A duct
+// under pressure can have negative stiffness: if the organs cannot hold it, that part is left out.
+void AttachmentState::Factor() {
+  const Eigen::Index kept = changed_ ? 0 : R_.rows() - duct_unknowns_, rest = R_.rows() - kept;
+  if (rest == 0) return;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    auto corner = factor_.bottomRightCorner(rest, rest);
+    corner = joint_->stiffness().bottomRightCorner(rest, rest) + R_.bottomRightCorner(rest, rest);
+    for (Eigen::Index k = 0; k < kept; ++k) {
+      const auto column = factor_.col(k).tail(rest);
+      for (Eigen::Index j = 0; j < rest; ++j) corner.col(j) -= column[j] * column;
+    }
+    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(corner);  // in place
+    if (factor.info() == Eigen::Success) return;
+    for (DuctState& duct : ducts_) duct.Stabilise();
+    AddDucts();
+  }
 }
 
 // A few columns at once, so that L passes through the processor once for them. Eigen's own solution of
@@ -219,6 +254,16 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
       settled = false;
       changed_ = true;
     }
+  }
+  return MoveDucts(w) && settled;
+}
+
+bool AttachmentState::MoveDucts(const Eigen::VectorXd& w) {
+  bool settled = true;
+  for (std::size_t d = 0; d < ducts_.size(); ++d) {
+    DuctState& duct = ducts_[d];
+    settled = duct.Follow(w.segment(3 * joint_->ducts()[d].first_mode, duct.unknowns())) && settled;
+    ducts_changed_ = true;
   }
   return settled;
 }

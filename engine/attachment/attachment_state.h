@@ -6,10 +6,12 @@
 
 #include "engine/attachment/attachment_joint.h"
 #include "engine/attachment/attachment_outcome.h"
+#include "engine/duct/duct_state.h"
 
 namespace hpdm {
 
-/// The damage of the layers of one joint, and the response of its organs that follows from it.
+/// The damage of the layers of one joint and the shapes of its ducts, and the response of its organs
+/// that follows from them.
 ///
 /// A sample's damage has two parts. Pulling damages it by the cohesive law, to the torn share t.
 /// Instruments remove a share r of its area, by burning or cutting; the rest follows the law:
@@ -39,7 +41,11 @@ class AttachmentState {
   /// True for each sample that carries pressure.
   std::span<const char> closed() const { return closed_; }
 
-  /// Takes the damage into the stiffness R, if it has changed.
+  /// The joint's ducts, in its order.
+  std::span<DuctState> ducts() { return ducts_; }
+  std::span<const DuctState> ducts() const { return ducts_; }
+
+  /// Takes the damage and the ducts' tangents into the stiffness R, if they have changed.
   void Refactor();
   /// A few columns, stored row by row.
   using FewColumns = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
@@ -50,22 +56,26 @@ class AttachmentState {
   /// Replaces G^-1 w_0 by w = (1 + G R)^-1 w_0: the modes' displacements w_0 (3r, m) without the
   /// layers by those with them.
   void Settle(Eigen::Ref<Eigen::VectorXd> w) const;
-  /// Returns the layers' forces q = R w, N: the organs move by -H Phi^T q.
+  /// Returns the part R w of the forces q of layers and ducts, N: the organs move by -H Phi^T q.
   void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::Ref<Eigen::VectorXd> q) const {
     q.noalias() = R_ * w;
   }
-  /// Adds the part of the weight that the damaged layers no longer bear, N: R's change times the
-  /// displacements that the weight would have given the undamaged layers.
-  void AddReleasedWeight(Eigen::Ref<Eigen::VectorXd> q) const {
-    if (released_.size() > 0) q += released_;
+  /// Adds the forces at w = 0, N: the part of the weight that the damaged layers no longer bear,
+  /// which is R's change times the displacements that the weight would have given the undamaged
+  /// layers; and those of the ducts.
+  void AddConstantForces(Eigen::Ref<Eigen::VectorXd> q) const {
+    if (constant_.size() > 0) q += constant_;
   }
-  /// Takes it off G^-1 w_0.
-  void TakeReleasedWeight(Eigen::Ref<Eigen::VectorXd> w) const {
-    if (released_.size() > 0) w -= released_;
+  /// Takes them off G^-1 w_0.
+  void TakeConstantForces(Eigen::Ref<Eigen::VectorXd> w) const {
+    if (constant_.size() > 0) w -= constant_;
   }
-  /// Lets the damage grow with the modes' displacements w (3r, m). True if it hardly changed, and
-  /// no damaged sample opened or closed. R follows at the next Refactor().
+  /// Lets the damage grow with the modes' displacements w (3r, m), and moves the ducts. True if the
+  /// damage and the ducts' forces hardly changed, and no damaged sample opened or closed. R follows
+  /// at the next Refactor().
   bool Update(const Eigen::VectorXd& w);
+  /// Moves the ducts with the modes' displacements. True if their forces hardly changed.
+  bool MoveDucts(const Eigen::VectorXd& w);
   /// Removes a share of a sample's area, at most what is left of it. Returns the share removed.
   double Burn(std::size_t layer, int sample, double share) {
     return Remove(layer, sample, share, &burnt_);
@@ -88,6 +98,9 @@ class AttachmentState {
     return removed >= 1 ? 1 : torn + removed * (1 - torn);
   }
   void BearWeight();
+  void AddLayers();
+  void AddDucts();
+  void Factor();
   Vector3d BorneBy(std::size_t sample) const {
     if (borne_.rows() == 0) return Vector3d::Zero();
     return borne_.row(static_cast<Eigen::Index>(sample));
@@ -101,8 +114,11 @@ class AttachmentState {
   std::vector<double> spared_;  // of each layer, J: what tearing did not dissipate in removed area
   std::vector<char> closed_;    // of each sample: carries pressure
   Points borne_;              // of each sample, m: its displacement by the weight; empty: no weight
-  Eigen::VectorXd released_;  // 3r, N, or empty
-  bool changed_ = true;       // since R_ was computed
+  std::vector<DuctState> ducts_;
+  Eigen::Index duct_unknowns_ = 0;  // those of the ducts' modes, the last ones
+  Eigen::VectorXd constant_;        // 3r, N; empty without a weight and ducts
+  bool changed_ = true;             // the layers' part of R_ is to be computed
+  bool ducts_changed_ = false;
   Eigen::MatrixXd R_;         // 3r x 3r, N/m
   Eigen::MatrixXd factor_;    // 3r x 3r: lower Cholesky factor of G^-1 + R
 };

@@ -37,6 +37,7 @@ struct KeyForm {
   enum class Type {
     kNumber,
     kVector,  ///< Three numbers.
+    kPoints,  ///< An array of 2 to `max_size` points, [x, y, z].
     kEdges,   ///< An array of 2 to `max_size` pairs of points, [[x, y, z], [x, y, z]].
     kInteger,
     kIntegers,  ///< One integer or three.

@@ -129,6 +129,11 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
   for (const TableReader& table : root.Tables("attachment", kAttachmentKeys, kMaxAttachments)) {
     scene.attachments.push_back(ReadAttachment(table, scene.organs));
   }
+  for (const TableReader& table : root.Tables("duct", kDuctKeys, kMaxDucts)) {
+    DuctOptions duct = ReadDuct(table, scene.organs);
+    RefuseTakenName(table, duct, scene.ducts);
+    scene.ducts.push_back(std::move(duct));
+  }
   int cuts = 0;
   for (const TableReader& table : root.Tables("cut", kCutKeys, kMaxCuts)) {
     ReadCut(table, cuts++, &scene.organs);

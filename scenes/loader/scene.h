@@ -7,6 +7,7 @@
 
 #include "engine/attachment/attachment_options.h"
 #include "engine/base/types.h"
+#include "engine/duct/duct_options.h"
 #include "engine/exercise/exercise_options.h"
 #include "engine/organ_options.h"
 #include "engine/snapshots.h"
@@ -44,6 +45,7 @@ struct Scene {
   TimingOptions timing;
   std::vector<OrganOptions> organs;  ///< 1 to kMaxOrgans, names unique.
   std::vector<AttachmentOptions> attachments;
+  std::vector<DuctOptions> ducts;  ///< Names unique.
   std::vector<InstrumentOptions> instruments;  ///< 0 to kMaxInstruments, names unique.
   std::vector<LoadOptions> loads;
   std::optional<ExerciseOptions> exercise;

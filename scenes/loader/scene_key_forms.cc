@@ -111,6 +111,14 @@ thickness = 0.1
 strength = 1
 toughness = 1
 
+[[duct]]
+name = "a"
+a = "a"
+path = [[0, 0, 0], [0, 0, 1]]
+radius = 0.01
+wall = 0.001
+young = 1
+
 [[cut]]
 organ = "a"
 strip = [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]]

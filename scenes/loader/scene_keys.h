@@ -8,8 +8,8 @@
 namespace hpdm {
 
 inline constexpr std::string_view kRootKeys[] = {
-    "scene",      "timing", "organ",    "contact",     "attachment", "cut",
-    "instrument", "load",   "exercise", "laparoscope", "file"};
+    "scene", "timing",     "organ", "contact",  "attachment",  "duct",
+    "cut",   "instrument", "load",  "exercise", "laparoscope", "file"};
 inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks", "step_budget"};
@@ -22,6 +22,8 @@ inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
     "a",         "b",        "box",       "box_fraction", "sphere",     "young",
     "thickness", "strength", "toughness", "reach",        "burn_energy"};
+inline constexpr std::string_view kDuctKeys[] = {"name",   "label", "a",    "b",
+                                                 "path",   "radius", "wall", "young"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {"basis",
@@ -154,6 +156,7 @@ inline constexpr SceneTable kSceneTables[] = {
     {"attachment.box", kBoxKeys},
     {"attachment.box_fraction", kBoxKeys},
     {"attachment.sphere", kSphereKeys},
+    {"duct", kDuctKeys},
     {"cut", kCutKeys},
     {"instrument", kInstrumentKeys},
     {"instrument.jaws", kJawKeys},

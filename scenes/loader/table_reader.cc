@@ -244,6 +244,35 @@ bool TableReader::ReadIntegers(std::string_view key, int min, int max,
   return true;
 }
 
+bool TableReader::ReadPoints(std::string_view key, const Interval& range, std::size_t most,
+                             std::vector<Vector3d>* out) const {
+  Note(key, {.type = KeyForm::Type::kPoints, .range = range, .max_size = most});
+  const toml::node* value = Find(key);
+  if (value == nullptr) return false;
+  constexpr std::string_view kForm = "a list of points, [[x, y, z], ...]";
+  const auto* points = value->as_array();
+  if (points == nullptr) FailType(key, *value, kForm);
+  if (points->size() < 2 || points->size() > most) {
+    FailAt(*document_, value->source().begin, PathOf(key),
+           "has " + std::to_string(points->size()) + " points; give 2 to " + std::to_string(most));
+  }
+  out->clear();
+  for (const toml::node& node : *points) {
+    const auto* point = node.as_array();
+    if (point == nullptr || point->size() != 3) FailType(key, node, kForm);
+    Vector3d read;
+    for (std::size_t d = 0; d < 3; ++d) {
+      read[static_cast<Eigen::Index>(d)] = CheckedNumber(key, (*point)[d], range);
+    }
+    if (!out->empty() && read == out->back()) {
+      FailAt(*document_, node.source().begin, PathOf(key),
+             "has the same point twice in a row (" + ValueText(node) + "); remove one of them");
+    }
+    out->push_back(read);
+  }
+  return true;
+}
+
 bool TableReader::ReadEdges(std::string_view key, const Interval& range, std::size_t most,
                             std::vector<std::array<Vector3d, 2>>* out) const {
   Note(key, {.type = KeyForm::Type::kEdges, .range = range, .max_size = most});

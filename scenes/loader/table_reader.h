@@ -51,6 +51,9 @@ class TableReader {
   bool ReadNumber(std::string_view key, const Interval& range, double* out) const;
   /// Reads an array of three numbers.
   bool ReadVector(std::string_view key, const Interval& range, Vector3d* out) const;
+  /// Reads an array of 2 to `most` points, each another than the one before.
+  bool ReadPoints(std::string_view key, const Interval& range, std::size_t most,
+                  std::vector<Vector3d>* out) const;
   /// Reads an array of 2 to `most` pairs of different points.
   bool ReadEdges(std::string_view key, const Interval& range, std::size_t most,
                  std::vector<std::array<Vector3d, 2>>* out) const;

@@ -563,6 +563,45 @@ void AddAttachments(Scenes* s) {
                                                        "radius=0.02\nforce=[1,0,0]\n")));
 }
 
+void AddDucts(Scenes* s) {
+  const auto duct = [](const std::string& ends, const std::string& path,
+                       const std::string& section = "radius=0.002\nwall=0.0008\nyoung=5e5\n") {
+    return "[[duct]]\nname='cystic'\n" + ends + "path=" + path + "\n" + section;
+  };
+  const auto scene = [](const std::string& more, const SceneChange& change = {}) {
+    return SoundScene(change) + more;
+  };
+  const std::string liver = "a='liver'\n", path = "[[0.045,0,0],[0.07,0,0],[0.09,0.01,0]]";
+  s->Text("a duct", scene(duct(liver + "label='do not touch'\n", path)));
+  s->Text("a duct of no organ", scene(duct("a='kidney'\n", path)));
+  s->Text("a duct between the world and itself", scene(duct("", path)));
+  s->Text("a duct that begins in the air", scene(duct(liver, "[[0.06,0,0],[0.09,0,0]]")));
+  s->Text("a duct of zero length", scene(duct(liver, "[[0.045,0,0],[0.045,0,0]]")));
+  s->Text("a duct shorter than four radii", scene(duct(liver, "[[0.048,0,0],[0.055,0,0]]")));
+  s->Text("a duct that doubles back",
+          scene(duct(liver, "[[0.045,0,0],[0.09,0,0],[0.06,0,0]]")));
+  s->Text("a duct of one point", scene(duct(liver, "[[0.045,0,0]]")));
+  s->Text("a duct along a number", scene(duct(liver, "0.045")));
+  s->Text("a duct along points of two numbers", scene(duct(liver, "[[0.045,0],[0.09,0]]")));
+  s->Text("a duct in millimetres", scene(duct(liver, "[[45,0,0],[90,0,0]]")));
+  s->Text("a duct of NaN", scene(duct(liver, "[[0.045,0,nan],[0.09,0,0]]")));
+  s->Text("a duct without a lumen",
+          scene(duct(liver, path, "radius=0.002\nwall=0.002\nyoung=5e5\n")));
+  s->Text("a duct without a wall", scene(duct(liver, path, "radius=0.002\nwall=0\nyoung=5e5\n")));
+  s->Text("a duct without a modulus", scene(duct(liver, path, "radius=0.002\nwall=0.0008\n")));
+  s->Text("two ducts of one name", scene(duct(liver, path) + duct(liver, path)));
+  s->Text("two ducts with the same ends",
+          scene(duct(liver, path) + "[[duct]]\nname='other'\n" + liver + "path=" + path +
+                "\nradius=0.002\nwall=0.0008\nyoung=5e5\n"));
+  s->Text("a duct of an organ in finite strain",
+          scene(duct(liver, path), {.energy = "strain='finite'\n"}));
+  s->Run("a session with a duct", scene(duct(liver, path)));
+  s->Add("a static case of an organ with a duct", {"solve", "s.toml", "--out", "f.csv"},
+         WithFile("s.toml", scene(duct(liver, path) +
+                                  "[[load]]\norgan='liver'\npoint=[0.05,0,0]\n"
+                                  "radius=0.02\nforce=[1,0,0]\n")));
+}
+
 TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   Scenes scenes;
   AddTexts(&scenes);
@@ -580,6 +619,7 @@ TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {
   AddCuts(&scenes);
   AddFillingsAndLayers(&scenes);
   AddAttachments(&scenes);
+  AddDucts(&scenes);
   AddExercises(&scenes);
   AddSessions(&scenes);
   scenes.Compare();

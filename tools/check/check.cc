@@ -99,6 +99,20 @@ Json BedFacts(const AttachmentBed& bed, const Vector3d& borne_W) {
           {"work_to_free_J", bed.areas.sum() * bed.options.toughness}};
 }
 
+Json DuctFacts(const DuctModel& duct) {
+  Json facts = {{"name", duct.options.name},
+                {"length_m", duct.rod.rest_length()},
+                {"radius_m", duct.options.radius},
+                {"wall_m", duct.options.wall},
+                {"segments", duct.rod.nodes() - 1},
+                {"axial_N", duct.section.axial},
+                {"bending_N_m2", duct.section.bending}};
+  if (!duct.options.a.empty()) facts["a"] = duct.options.a;
+  if (!duct.options.b.empty()) facts["b"] = duct.options.b;
+  if (!duct.options.label.empty()) facts["label"] = duct.options.label;
+  return facts;
+}
+
 Json OrganFacts(const OrganModel& organ) {
   const Box bounds = AxisAlignedBounds(organ.rest().vertices);
   Json facts = {{"name", organ.options().name},
@@ -267,6 +281,21 @@ void PrintBed(const Json& bed) {
   }
 }
 
+void PrintDuct(const Json& duct) {
+  const auto end = [&](const char* key) {
+    return duct.contains(key) ? duct[key].get<std::string>() : std::string("the world");
+  };
+  std::printf(
+      "duct %s from %s to %s: %.3g mm long, %.3g mm wide, wall %.3g mm; EA %.3g N, EI %.3g N mm^2\n",
+      duct["name"].get<std::string>().c_str(), end("a").c_str(), end("b").c_str(),
+      1000 * duct["length_m"].get<double>(), 2000 * duct["radius_m"].get<double>(),
+      1000 * duct["wall_m"].get<double>(), duct["axial_N"].get<double>(),
+      1e6 * duct["bending_N_m2"].get<double>());
+  if (duct.contains("label")) {
+    std::printf("  its label: %s\n", duct["label"].get<std::string>().c_str());
+  }
+}
+
 std::string_view TypeName(InstrumentType type) {
   for (const auto& [name, named] : kInstrumentTypes) {
     if (named == type) return name;
@@ -375,6 +404,7 @@ void Check(const std::string& scene, bool as_json) {
   for (std::size_t l = 0; l < session.beds().size(); ++l) {
     facts["attachments"].push_back(BedFacts(session.beds()[l], session.borne_W()[l]));
   }
+  for (const DuctModel& duct : session.ducts()) facts["ducts"].push_back(DuctFacts(duct));
   facts["contacts"] = Json::array();
   for (const Session::ContactFact& contact : session.contacts()) {
     facts["contacts"].push_back(ContactFacts(contact));
@@ -401,6 +431,9 @@ void Check(const std::string& scene, bool as_json) {
   for (const Json& organ : facts["organs"]) PrintOrgan(organ);
   if (facts.contains("attachments")) {
     for (const Json& bed : facts["attachments"]) PrintBed(bed);
+  }
+  if (facts.contains("ducts")) {
+    for (const Json& duct : facts["ducts"]) PrintDuct(duct);
   }
   for (const Json& instrument : facts["instruments"]) {
     PrintInstrument(instrument);

@@ -140,6 +140,8 @@ class SchemaWriter {
         return NumberSchema("number", form);
       case Type::kVector:
         return ArrayOf(NumberSchema("number", form), 3, 3);
+      case Type::kPoints:
+        return ArrayOf(ArrayOf(NumberSchema("number", form), 3, 3), 2, form.max_size);
       case Type::kEdges:
         return ArrayOf(ArrayOf(ArrayOf(NumberSchema("number", form), 3, 3), 2, 2), 2,
                        form.max_size);

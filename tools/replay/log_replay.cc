@@ -37,7 +37,7 @@ class Player {
         deformation_(session->organs(), session->DeformationTools(),
                      {session->tool_states, session->patches, *session->render_scenes,
                       *session->telemetry_scenes, &session->steps},
-                     nullptr, 0, session->scene().attachments) {
+                     nullptr, 0, session->scene().attachments, session->scene().ducts) {
     replay_.comparison = FieldComparison(tolerance);
     replay_.tool_count = static_cast<int>(devices_.size());
     replay_.steps_logged = log.steps().size() + log.steps_unusable();

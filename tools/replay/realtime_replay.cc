@@ -167,7 +167,7 @@ RealtimeReplay Play(std::vector<HapticInstrument> instruments, std::uint64_t tic
   DeformationLoop deformation(
       session->organs(), session->DeformationTools(),
       {session->tool_states, session->patches, *session->render_scenes, *session->telemetry_scenes},
-      [&clock] { return clock.Now(); }, 0, session->scene().attachments);
+      [&clock] { return clock.Now(); }, 0, session->scene().attachments, session->scene().ducts);
   RealtimeReport haptic_report, deformation_report;
   const RealtimeReport process = RequestRealtime(ProcessRealtime());
   std::latch start(2);

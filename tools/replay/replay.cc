@@ -73,7 +73,7 @@ Json PlayInLockstep(const std::string& trace, std::uint64_t ticks, Session* sess
   DeformationLoop deformation(
       session->organs(), session->DeformationTools(),
       {session->tool_states, session->patches, *session->render_scenes, *session->telemetry_scenes},
-      nullptr, 0, session->scene().attachments);
+      nullptr, 0, session->scene().attachments, session->scene().ducts);
   Lockstep clock(session->scene().timing, &haptics, &deformation);
   SessionStatistics statistics(session->haptic_period_ns());
   std::uint64_t steps = 0;

@@ -254,7 +254,7 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
                               {session.tool_states, session.patches, *session.render_scenes,
                                *session.telemetry_scenes, &session.steps},
                               stopwatch, session.scene().timing.StepBudget(),
-                              session.scene().attachments);
+                              session.scene().attachments, session.scene().ducts);
   RenderLoop render(
       OrganVisualsOf(options, session), session.InstrumentVisuals(), session.scene().laparoscope,
       render_options, RenderEdges(options, &session),

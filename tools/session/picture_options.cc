@@ -55,6 +55,7 @@ RenderOptions RenderOptionsOf(const std::string& size, const std::vector<std::st
   render.max_hz = session.scene().timing.render_hz;
   render.names = session.Names();
   render.attachments = session.AttachmentVisuals();
+  render.ducts = session.DuctVisuals();
   render.background = session.Background();
   render.overlays = OverlaysOf(overlays);
   return render;

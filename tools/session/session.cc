@@ -36,7 +36,7 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices, const Progress&
   MakeDevices(traces);
   const int tools = static_cast<int>(choices_.size());
   render_scenes =
-      std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs(), tools, true, beds()));
+      std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs(), tools, true, beds(), ducts()));
   telemetry_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs(), tools, false));
 }

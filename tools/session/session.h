@@ -43,6 +43,7 @@ class Session {
   const Scene& scene() const { return model_->scene(); }
   const std::vector<OrganModel>& organs() const { return model_->organs(); }
   const std::vector<AttachmentBed>& beds() const { return model_->beds(); }
+  const std::vector<DuctModel>& ducts() const { return model_->ducts(); }
   const std::vector<Vector3d>& borne_W() const { return model_->borne_W(); }
   /// Returns the device of each instrument.
   const std::vector<DeviceChoice>& device_choices() const { return choices_; }
@@ -69,6 +70,7 @@ class Session {
   std::vector<OrganVisual> OrganVisuals() const;  ///< With the references.
   std::vector<InstrumentVisual> InstrumentVisuals() const { return model_->InstrumentVisuals(); }
   std::vector<AttachmentVisual> AttachmentVisuals() const { return model_->AttachmentVisuals(); }
+  std::vector<DuctVisual> DuctVisuals() const { return model_->DuctVisuals(); }
   const Image* Background() const { return model_->Background(); }
   SessionInfo Info() const { return model_->Info(); }
   std::vector<TrainerInput::Instrument> TrainerInstruments() const;

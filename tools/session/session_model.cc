@@ -82,6 +82,7 @@ SessionModel::SessionModel(const SessionModel& other, std::size_t organ, double 
       pictures_(other.pictures_),
       organs_(other.organs_),
       beds_(other.beds_),
+      ducts_(other.ducts_),
       borne_W_(other.borne_W_),
       sites_(other.sites_),
       kinematics_(other.kinematics_),
@@ -131,7 +132,22 @@ void SessionModel::BuildOrgans(const Progress& progress) {
   }
   WithScenePath(scene_, [&] { RefuseOverlaps(organs_); });
   WithScenePath(scene_, [&] { BuildBeds(); });
+  WithScenePath(scene_, [&] { BuildDucts(); });
   LookAtOrgans({around.min(), around.max()}, &scene_.laparoscope);
+}
+
+void SessionModel::BuildDucts() {
+  const auto named = [&](const std::string& name) -> const OrganModel* {
+    const auto found = std::ranges::find(
+        organs_, name, [](const OrganModel& organ) { return organ.options().name; });
+    return found == organs_.end() ? nullptr : &*found;
+  };
+  for (const DuctOptions& duct : scene_.ducts) {
+    ducts_.emplace_back(duct, named(duct.a), named(duct.b), static_cast<int>(ducts_.size()));
+    for (std::size_t other = 0; other + 1 < ducts_.size(); ++other) {
+      RefuseSharedEnds(ducts_[other], ducts_.back());
+    }
+  }
 }
 
 void SessionModel::BuildBeds() {
@@ -292,6 +308,12 @@ std::vector<AttachmentVisual> SessionModel::AttachmentVisuals() const {
       if (name == bed.options.b) visual.organs[1] = static_cast<int>(o);
     }
   }
+  return visuals;
+}
+
+std::vector<DuctVisual> SessionModel::DuctVisuals() const {
+  std::vector<DuctVisual> visuals;
+  for (const DuctModel& duct : ducts_) visuals.push_back({.model = &duct});
   return visuals;
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/attachment/attachment_bed.h"
+#include "engine/duct/duct_model.h"
 #include "engine/organ.h"
 #include "engine/step/tool_options.h"
 #include "haptics/device/hand_script.h"
@@ -48,6 +49,8 @@ class SessionModel {
   const std::vector<OrganModel>& organs() const { return organs_; }
   /// The beds of the scene's attachments.
   const std::vector<AttachmentBed>& beds() const { return beds_; }
+  /// The scene's ducts, at rest.
+  const std::vector<DuctModel>& ducts() const { return ducts_; }
   /// The weight that each bed's layer bears at the start, as a force on its organ b, N.
   const std::vector<Vector3d>& borne_W() const { return borne_W_; }
   /// Returns the repairs of the meshes and probable mistakes in the scene, one line each.
@@ -78,6 +81,7 @@ class SessionModel {
       const std::vector<std::unique_ptr<Device>>& devices) const;
   std::vector<ToolOptions> DeformationTools() const;
   std::vector<AttachmentVisual> AttachmentVisuals() const;
+  std::vector<DuctVisual> DuctVisuals() const;
   std::vector<OrganVisual> OrganVisuals() const;
   std::vector<InstrumentVisual> InstrumentVisuals() const;
   const Image* Background() const;  ///< Null if the scene has none.
@@ -88,6 +92,7 @@ class SessionModel {
   SessionModel(const SessionModel& other, std::size_t organ, double young);
   void ReadPictures();
   void BuildBeds();
+  void BuildDucts();
   void BuildOrgans(const Progress& progress);
   void CheckTip(const InstrumentDescription& held) const;
   void BuildInstruments();
@@ -107,6 +112,7 @@ class SessionModel {
   std::shared_ptr<Pictures> pictures_;
   std::vector<OrganModel> organs_;
   std::vector<AttachmentBed> beds_;
+  std::vector<DuctModel> ducts_;
   std::vector<Vector3d> borne_W_;
   std::vector<HandSite> sites_;  // by instrument
   std::vector<ImpulseEngineKinematics> kinematics_;

@@ -94,10 +94,11 @@ SessionLimits LimitsOf(const Scene& scene) {
     const OrganOptions& organ = scene.organs[o];
     const std::size_t first = limits.pushing[o];
     const bool pushes = std::count(limits.pushing.begin(), limits.pushing.end(), first) > 1;
-    // A torn attachment leaves its organs elsewhere, a free organ stays where it is laid, and an
+    // A torn attachment or a cut duct leaves its organs elsewhere, a free organ stays where it is laid, and an
     // organ that moves pushes others.
     const bool returns =
-        !organ.free && !IsAttached(scene.attachments, organ.name) && !(pushes && carried[first]);
+        !organ.free && !IsAttached(scene.attachments, organ.name) &&
+        !HoldsDuct(scene.ducts, organ.name) && !(pushes && carried[first]);
     limits.settles.push_back(returns ? SettlesIn(organ) : std::nullopt);
   }
   return limits;

@@ -27,6 +27,8 @@ class OrganBench {
   }
   /// Joins two of the organs.
   void Attach(const AttachmentOptions& attachment) { attachments_.push_back(attachment); }
+  /// Joins two of the organs, or one and the world, by a duct.
+  void Join(const DuctOptions& duct) { ducts_.push_back(duct); }
   /// `tools`: empty: one of the default kind.
   void Start(std::vector<ToolOptions> tools = {}) {
     if (tools.empty()) tools.resize(1);
@@ -36,7 +38,7 @@ class OrganBench {
         std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, false));
     loop_ = std::make_unique<DeformationLoop>(organs_, tools,
                                               DeformationEdges{tools_, patch, *render, *telemetry_},
-                                              nullptr, 0, attachments_);
+                                              nullptr, 0, attachments_, ducts_);
   }
 
   /// The tool whose shaft lies along z above the tip's centre `p`, m.
@@ -111,6 +113,7 @@ class OrganBench {
 
   std::vector<OrganModel> organs_;
   std::vector<AttachmentOptions> attachments_;
+  std::vector<DuctOptions> ducts_;
   TripleBuffer<ToolState> tools_;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_;
   std::unique_ptr<DeformationLoop> loop_;

@@ -40,6 +40,11 @@ OrganOptions LoadedOrgan(const Scene& scene) {
         "\": has an [[attachment]], which a static case of one organ leaves out; remove "
         "it, or run a session");
   }
+  if (HoldsDuct(scene.ducts, organ.name)) {
+    throw InputError(scene.path.string() + ": organ \"" + organ.name +
+                     "\": holds a [[duct]], which a static case of one organ leaves out; remove it, "
+                     "or run a session");
+  }
   return organ;
 }
 

@@ -29,7 +29,7 @@ float Metres(float depth) {
 struct SessionPictures::Drawing {
   explicit Drawing(const SessionModel& model)
       : view(model.OrganVisuals(), model.InstrumentVisuals(), model.Background(), {},
-             model.AttachmentVisuals()) {}
+             model.AttachmentVisuals(), model.DuctVisuals()) {}
 
   PictureTarget& TargetOf(int width, int height) {
     return targets.try_emplace({width, height}, width, height, kOneSample).first->second;
@@ -44,7 +44,7 @@ struct SessionPictures::Drawing {
 SessionPictures::SessionPictures(std::shared_ptr<const SessionModel> model)
     : model_(std::move(model)),
       scene_(SizedSnapshot(model_->organs(), static_cast<int>(model_->scene().instruments.size()),
-                           true, model_->beds())),
+                           true, model_->beds(), model_->ducts())),
       thread_([this] { Run(); }) {
   try {
     Do([this] { drawing_ = std::make_unique<Drawing>(*model_); });

@@ -1,0 +1,158 @@
+#include "engine/step/duct_actions.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/step/grasp.h"
+#include "engine/step/patch_builder.h"
+
+namespace hpdm {
+
+DuctActions::DuctActions(const std::vector<ToolOptions>& tools) {
+  for (const ToolOptions& options : tools) {
+    Tool& tool = tools_.emplace_back();
+    tool.geometries = options.geometries;
+    for (const ToolGeometry& geometry : options.geometries) tool.clips.push_back(geometry.clips);
+  }
+}
+
+void DuctActions::Apply(ToolState* tools, std::span<AttachmentLink> links) {
+  for (int t = 0; t < tools->tool_count; ++t) {
+    const ToolPose& pose = tools->tools[ToSize(t)];
+    Tool& tool = tools_[ToSize(t)];
+    if (pose.instrument_index != tool.instrument_index) {
+      Release(&tool, links);
+      tool.opened = false;
+      tool.instrument_index = pose.instrument_index;
+    }
+    if (tool.held.link >= 0) {
+      TickContactPoint& point = tools->contact_points[ToSize(t)][kPlace];
+      if (point.slip_T.allFinite()) tool.slip_T = point.slip_T;
+      point = {};
+      if (pose.jaw > kJawLetsGo) Release(&tool, links);
+    }
+    if (pose.jaw >= kJawGrasps) {
+      tool.opened = true;
+    } else if (tool.opened) {
+      tool.opened = false;
+      if (tool.held.link < 0) Close(pose, &tool, links);
+    }
+    if (tool.held.link >= 0) MoveHeld(pose, &tool, links);
+  }
+}
+
+// Finds where a duct crosses the plane y = 0 of the tool frame between its jaws: |x| up to `reach_x`,
+// or up to `slope` times the distance from the end of the jaws.
+DuctActions::Place DuctActions::Between(const Isometry3d& X_WT, double reach_x, double slope,
+                                        double length, std::span<AttachmentLink> links) {
+  const Isometry3d X_TW = X_WT.inverse();
+  Place nearest;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t l = 0; l < links.size(); ++l) {
+    const std::span<DuctState> ducts = links[l].ducts();
+    for (std::size_t d = 0; d < ducts.size(); ++d) {
+      const Rod& rod = ducts[d].rod();
+      for (int i = 0; i + 1 < rod.nodes(); ++i) {
+        if (!rod.IsSegment(i)) continue;
+        const Vector3d a_T = X_TW * rod.node(i), b_T = X_TW * rod.node(i + 1);
+        if (a_T.y() * b_T.y() > 0 || a_T.y() == b_T.y()) continue;
+        const double share = a_T.y() / (a_T.y() - b_T.y());
+        const Vector3d p_T = a_T + share * (b_T - a_T);
+        const double reach = reach_x > 0 ? reach_x : slope * (length - p_T.z());
+        if (p_T.z() < 0 || p_T.z() > length || std::abs(p_T.x()) > reach) continue;
+        const double distance = std::hypot(p_T.x(), p_T.z() - length / 2);
+        if (distance >= least) continue;
+        least = distance;
+        nearest.link = static_cast<int>(l);
+        nearest.duct = d;
+        nearest.arc = rod.ArcLength(i) + share * (rod.ArcLength(i + 1) - rod.ArcLength(i));
+      }
+    }
+  }
+  return nearest;
+}
+
+void DuctActions::Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) {
+  const auto index = ToSize(tool->instrument_index);
+  const ToolGeometry& geometry = tool->geometries[index];
+  const bool acts = geometry.action == ToolAction::kCut || geometry.action == ToolAction::kClip;
+  if (!geometry.can_grasp && !acts) return;
+  const Isometry3d X_WC = pose.X_WT * pose.X_TC;
+  const double opening = Grasp::kHalfOpening * geometry.tip_radius;
+  Place place = Between(X_WC, geometry.can_grasp ? opening : 0, std::tan(geometry.opening),
+                        geometry.JawsLength(), links);
+  if (place.link < 0) return;
+  AttachmentLink& link = links[ToSize(place.link)];
+  DuctState& duct = link.ducts()[place.duct];
+  if (geometry.action == ToolAction::kClip) {
+    if (tool->clips[index] > 0 && duct.Clip(place.arc)) --tool->clips[index];
+  } else if (geometry.action == ToolAction::kCut) {
+    const int node = duct.Cut(place.arc);
+    if (node < 0) return;
+    // The nodes behind the cut have moved on.
+    for (Tool& other : tools_) {
+      const bool same = other.held.link == place.link && other.held.duct == place.duct;
+      if (same && other.held.node > node) ++other.held.node;
+    }
+  } else {
+    place.node = duct.NodeToHold(place.arc);
+    if (place.node < 0) return;
+    tool->held = place;
+    tool->p_T = X_WC.inverse() * duct.rod().node(place.node);
+    tool->slip_T.setZero();
+  }
+}
+
+// Moves the held node with the jaws. Lets go of one that has left the faces.
+void DuctActions::MoveHeld(const ToolPose& pose, Tool* tool,
+                           std::span<AttachmentLink> links) const {
+  const ToolGeometry& geometry = tool->geometries[ToSize(tool->instrument_index)];
+  const Vector3d p_T = tool->p_T + tool->slip_T;
+  const bool on_faces = std::abs(p_T.y()) <= geometry.tip_radius && p_T.z() >= 0 &&
+                        p_T.z() <= geometry.JawsLength();
+  if (!on_faces) {
+    Release(tool, links);
+    return;
+  }
+  links[ToSize(tool->held.link)].ducts()[tool->held.duct].MoveHeld(tool->held.node,
+                                                                  pose.X_WT * p_T);
+}
+
+void DuctActions::Release(Tool* tool, std::span<AttachmentLink> links) const {
+  if (tool->held.link < 0) return;
+  links[ToSize(tool->held.link)].ducts()[tool->held.duct].Release(tool->held.node);
+  tool->held = {};
+}
+
+void DuctActions::FillPatch(int tool, const ToolPose& pose, std::span<AttachmentLink> links,
+                            const std::vector<OrganStep>& organs, ToolPatches* patches) const {
+  const Tool& holder = tools_[ToSize(tool)];
+  if (holder.held.link < 0 || patches->main().kind == ContactKind::kGrasp) return;
+  AttachmentLink& link = links[ToSize(holder.held.link)];
+  const AttachmentJoint::Duct& joined = link.joint().ducts()[holder.held.duct];
+  const int member = joined.members[0] >= 0 ? joined.members[0] : joined.members[1];
+  const int organ = link.joint().members()[ToSize(member)].organ;
+  const Vector3d& offset_W = organs[ToSize(organ)].state().offset_W;
+  const DuctState& duct = link.ducts()[holder.held.duct];
+  ToolPatch& patch = patches->places[kPlace];
+  PatchBuilder::Clear(pose, &patch);
+  patch.organ = organ;
+  patch.kind = ContactKind::kGrasp;
+  patch.reaction = ReactionType::kLattice;
+  patch.id = tool * kToolPlaces + static_cast<PlaceId>(kPlace);
+  patch.motion = organs[ToSize(organ)].model().options().motion;
+  patch.force_on_tissue_W = duct.HoldingForce(holder.held.node);
+  patch.contact_W = duct.rod().node(holder.held.node) - offset_W;
+  patch.compliance_W = link.ComplianceOf(holder.held.duct, holder.held.node);
+  patch.p_original_W = patch.contact_W - patch.compliance_W * patch.force_on_tissue_W;
+  const ToolGeometry& geometry = holder.geometries[ToSize(holder.instrument_index)];
+  patch.hold = geometry.Hold();
+  patch.slip_T = holder.slip_T;
+  patch.R_WT = pose.X_WT.linear();
+  patch.turn_W.setZero();
+  patch.p_grasp_T = pose.X_WT.inverse() * (patch.contact_W + offset_W);
+  patches->main_place = static_cast<int>(kPlace);
+}
+
+}  // namespace hpdm

@@ -1,0 +1,65 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "engine/attachment/attachment_link.h"
+#include "engine/snapshots.h"
+#include "engine/step/organ_step.h"
+#include "engine/step/tool_options.h"
+
+namespace hpdm {
+
+/// What instruments do to ducts, once a step, where the last step left them.
+///
+/// 1. Jaws that close (kJawGrasps) act on the duct that crosses the plane y = 0 of the tool frame between
+///    them, the crossing nearest to the middle of the jaws.
+/// 2. A grasper holds the duct's nearest node, which then moves with the jaws until they open
+///    (kJawLetsGo) or it has slipped out of their faces. The hand feels it (FillPatch), unless the jaws
+///    hold an organ's tissue too.
+/// 3. Scissors cut it there. A clip applier closes the lumen there, as long as its magazine has clips.
+///
+/// Deformation thread; allocates nothing after construction.
+class DuctActions {
+ public:
+  /// The tip's place whose patch is that of a held duct.
+  static constexpr std::size_t kPlace = kMaxPlaces - 1;
+
+  explicit DuctActions(const std::vector<ToolOptions>& tools);
+
+  /// Applies the tools of a step. The contact point of a held duct is taken out of `tools`.
+  void Apply(ToolState* tools, std::span<AttachmentLink> links);
+  /// Fills the patch of the duct that a tool holds, after the step.
+  void FillPatch(int tool, const ToolPose& pose, std::span<AttachmentLink> links,
+                 const std::vector<OrganStep>& organs, ToolPatches* patches) const;
+  /// True if the tool's jaws hold a duct.
+  bool Holds(int tool) const { return tools_[ToSize(tool)].held.link >= 0; }
+
+ private:
+  // A node of a duct, or a place on one.
+  struct Place {
+    int link = -1;
+    std::size_t duct = 0;
+    double arc = 0;  // m, at rest
+    int node = -1;
+  };
+  struct Tool {
+    std::vector<ToolGeometry> geometries;
+    std::vector<int> clips;  // left, of each instrument
+    int instrument_index = 0;
+    bool opened = false;  // since the jaws were last closed
+    Place held;
+    Vector3d p_T = Vector3d::Zero();     // of the held node as the jaws closed, m
+    Vector3d slip_T = Vector3d::Zero();  // m
+  };
+
+  void Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links);
+  void MoveHeld(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) const;
+  void Release(Tool* tool, std::span<AttachmentLink> links) const;
+  static Place Between(const Isometry3d& X_WT, double reach_x, double slope, double length,
+                       std::span<AttachmentLink> links);
+
+  std::vector<Tool> tools_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,58 @@
+#include <algorithm>
+
+#include "engine/attachment/attachment_options.h"
+#include "scenes/loader/scene_keys.h"
+#include "scenes/loader/scene_parts.h"
+
+namespace hpdm {
+namespace {
+
+constexpr std::size_t kMaxPathPoints = 64;
+constexpr double kMaxDuctRadius = 0.05;  // m
+
+// Reads the name of the organ that holds an end. Returns nullptr for the world.
+const OrganOptions* HolderOf(const TableReader& table, std::string_view key,
+                             const std::vector<OrganOptions>& organs, std::string* name) {
+  if (!table.ReadString(key, name)) return nullptr;
+  RequireOrgan(table, key, *name, organs);
+  const OrganOptions& organ = *std::ranges::find(organs, *name, &OrganOptions::name);
+  if (!TakesAttachments(organ) || organ.free) {
+    table.Fail(key, "cannot hold a duct",
+               "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony and no "
+               "free, or model = \"rigid\"");
+  }
+  return &organ;
+}
+
+}  // namespace
+
+DuctOptions ReadDuct(const TableReader& table, const std::vector<OrganOptions>& organs) {
+  DuctOptions duct;
+  table.Require("name", "give the duct a name");
+  table.ReadName("name", &duct.name);
+  table.ReadName("label", &duct.label);
+  const OrganOptions* a = HolderOf(table, "a", organs, &duct.a);
+  const OrganOptions* b = HolderOf(table, "b", organs, &duct.b);
+  if (a == nullptr && b == nullptr) {
+    table.Fail("has neither a nor b", "name the organ that holds an end, at least at one of them");
+  }
+  table.Require("path", "give the points of its axis from a to b in m");
+  std::vector<Vector3d> path;
+  table.ReadPoints("path", kCoordinate, kMaxPathPoints, &path);
+  duct.path_W.resize(static_cast<Eigen::Index>(path.size()), 3);
+  for (std::size_t i = 0; i < path.size(); ++i) {
+    duct.path_W.row(static_cast<Eigen::Index>(i)) = path[i].transpose();
+  }
+  table.Require("radius", "give the radius of its outer surface in m");
+  table.ReadNumber("radius", Interval::Positive(kMaxDuctRadius, "m"), &duct.radius);
+  table.Require("wall", "give the thickness of its wall in m");
+  table.ReadNumber("wall", Interval::Positive(kMaxDuctRadius, "m"), &duct.wall);
+  if (duct.wall >= duct.radius) {
+    table.Fail("wall", "is not below the radius", "give a thinner wall: a duct has a lumen");
+  }
+  table.Require("young", "give the wall's Young's modulus in Pa");
+  table.ReadNumber("young", Interval::Positive(1e9, "Pa"), &duct.young);
+  return duct;
+}
+
+}  // namespace hpdm

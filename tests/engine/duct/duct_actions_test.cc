@@ -1,0 +1,212 @@
+// Instruments on a duct between two blocks: a grasper holds and pulls it, scissors cut it, a clip
+// applier closes it.
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "tests/support/shapes.h"
+#include "tools/shared/organ_bench.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kLength = 0.03;  // m, of the duct, along z from the origin
+
+OrganOptions Block(const char* name, double young) {
+  OrganOptions block;
+  block.name = name;
+  block.material = {.young = young, .poisson = 0.3};
+  block.lattice.cells = {3, 3, 2};
+  block.lattice.margin = 0.0005;
+  block.lattice.local.functions = 0;
+  return block;
+}
+
+/// Two blocks whose far sides are held, and a tool that comes from +x.
+struct JoinedBlocks {
+  explicit JoinedBlocks(const ToolGeometry& geometry, double young = 2e4) {
+    OrganOptions below = Block("below", young), above = Block("above", young);
+    below.supports.push_back({hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, -0.009)}, {}});
+    above.supports.push_back({hpdm::Box{Vector3d(-1, -1, kLength + 0.009), Vector3d(1, 1, 1)}, {}});
+    bench.Add(below, GridBox(Vector3d(-0.012, -0.012, -0.012), Vector3d(0.012, 0.012, 0), {6, 6, 4}));
+    bench.Add(above, GridBox(Vector3d(-0.012, -0.012, kLength),
+                             Vector3d(0.012, 0.012, kLength + 0.012), {6, 6, 4}));
+    DuctOptions duct;
+    duct.name = "duct";
+    duct.a = "below";
+    duct.b = "above";
+    duct.path_W.resize(2, 3);
+    duct.path_W << 0, 0, 0, 0, 0, kLength;
+    duct.radius = 0.002;
+    duct.wall = 0.0008;
+    duct.young = 3e5;
+    bench.Join(duct);
+    ToolOptions tool;
+    tool.geometries[0] = geometry;
+    bench.Start({tool});
+  }
+  // Jaws whose plane y = 0 of the tool frame is across the duct, at `height` on it (m), and whose
+  // middle is `beside` (m) off it.
+  static ToolPose Jaws(double height, double jaw, const Vector3d& beside = Vector3d::Zero()) {
+    ToolPose tool;
+    // Tool axes x, y, z along the world's y, z, x.
+    tool.X_WT.linear() << 0, 0, 1, 1, 0, 0, 0, 1, 0;
+    tool.X_WT.translation() = Vector3d(-0.005, 0, height) + beside;
+    tool.p_trocar_W = tool.X_WT * Vector3d(0, 0, 0.3);
+    tool.jaw = jaw;
+    return tool;
+  }
+  void Step(const ToolPose& tool, int steps = 1) {
+    for (int step = 0; step < steps; ++step) bench.Step(tool);
+  }
+  const DuctState& duct() const { return bench.loop().links()[0].state().ducts()[0]; }
+  SegmentState SegmentAt(double arc) const {
+    DuctSnapshot snapshot;
+    duct().FillSnapshot(&snapshot);
+    for (int i = 0; i + 1 < snapshot.nodes; ++i) {
+      if (duct().rod().ArcLength(i + 1) > arc) return snapshot.segments[ToSize(i)];
+    }
+    return SegmentState::kOpen;
+  }
+
+  OrganBench bench;
+};
+
+ToolGeometry Grasper() {
+  ToolGeometry geometry;
+  geometry.can_grasp = true;
+  return geometry;
+}
+ToolGeometry Scissors() {
+  ToolGeometry geometry;
+  geometry.action = ToolAction::kCut;
+  return geometry;
+}
+ToolGeometry ClipApplier(int clips) {
+  ToolGeometry geometry;
+  geometry.action = ToolAction::kClip;
+  geometry.clips = clips;
+  return geometry;
+}
+
+TEST(DuctActions, AGrasperHoldsAndPullsADuct) {
+  JoinedBlocks blocks(Grasper());
+  blocks.Step(JoinedBlocks::Jaws(0.012, 1));
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05), 3);
+  EXPECT_TRUE(blocks.duct().rod().HoldsNode());
+  EXPECT_LT(blocks.duct().Outcome().tension, 1e-5) << "closing jaws do not pull";
+  for (int step = 1; step <= 20; ++step) {
+    blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, Vector3d(0, 0.0004 * step, 0)));
+  }
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, Vector3d(0, 0.008, 0)), 6);
+  const ToolPatch& patch = blocks.bench.patch.Front().tools[0].main();
+  EXPECT_EQ(patch.kind, ContactKind::kGrasp);
+  EXPECT_EQ(patch.organ, 0) << "the organ that holds its end a";
+  const Vector3d force_W = patch.force_on_tissue_W;
+  EXPECT_GT(force_W.y(), 0.02);
+  // The hand, and the ends on both organs.
+  const Vector3d of_b_W = blocks.duct().Outcome().load_W;
+  EXPECT_GT(of_b_W.y(), 0.1 * force_W.y());
+  EXPECT_NEAR(blocks.duct().rod().node(16).y(), 0.008, 1e-12);
+  EXPECT_GT(blocks.bench.organ(0).control_displacements.norm(), 1e-4) << "the organs follow";
+}
+
+// The patch's law against three solved steps.
+TEST(DuctActions, TheHandFeelsTheDuctAndTheOrgansThatHoldIt) {
+  for (const double young : {5e3, 1e5}) {
+    JoinedBlocks blocks(Grasper(), young);
+    blocks.Step(JoinedBlocks::Jaws(0.012, 1));
+    blocks.Step(JoinedBlocks::Jaws(0.012, 0.05));
+    for (int step = 1; step <= 20; ++step) {
+      blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, Vector3d(0, 0.0002 * step, 0)));
+    }
+    const Vector3d place(0, 0.004, 0);
+    blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place), 8);
+    const ToolPatch before = blocks.bench.patch.Front().tools[0].main();
+    for (const Vector3d& way :
+         {Vector3d(1e-5, 0, 0), Vector3d(0, 1e-5, 0), Vector3d(0, 0, 1e-5)}) {
+      blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place + way), 8);
+      const Vector3d force_W = blocks.bench.patch.Front().tools[0].main().force_on_tissue_W;
+      const Vector3d moved = before.compliance_W * (force_W - before.force_on_tissue_W);
+      EXPECT_LT((moved - way).norm(), 0.02 * way.norm()) << young << " " << way.transpose();
+      blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place), 8);
+    }
+    const Vector3d law_W =
+        before.compliance_W.inverse() * (before.contact_W - before.p_original_W);
+    EXPECT_LT((law_W - before.force_on_tissue_W).norm(), 1e-9);
+  }
+}
+
+TEST(DuctActions, OpenJawsLetGo) {
+  JoinedBlocks blocks(Grasper());
+  blocks.Step(JoinedBlocks::Jaws(0.012, 1));
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05));
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, Vector3d(0, 0.004, 0)), 4);
+  blocks.Step(JoinedBlocks::Jaws(0.012, 1, Vector3d(0, 0.004, 0)), 12);
+  EXPECT_FALSE(blocks.duct().rod().HoldsNode());
+  EXPECT_EQ(blocks.duct().Outcome().tension, 0);
+  EXPECT_FALSE(blocks.bench.organ(0).awake);
+}
+
+TEST(DuctActions, JawsThatCloseBesideADuctDoNothing) {
+  for (const ToolGeometry& geometry : {Grasper(), Scissors(), ClipApplier(3)}) {
+    for (const Vector3d& beside :
+         {Vector3d(0, 0.012, 0), Vector3d(0.008, 0, 0), Vector3d(-0.009, 0, 0)}) {
+      JoinedBlocks blocks(geometry);
+      blocks.Step(JoinedBlocks::Jaws(0.012, 1, beside));
+      blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, beside), 2);
+      EXPECT_FALSE(blocks.duct().rod().HoldsNode());
+      EXPECT_EQ(blocks.duct().Outcome().cuts, 0);
+      EXPECT_EQ(blocks.duct().Outcome().clips, 0);
+    }
+  }
+}
+
+TEST(DuctActions, ScissorsCutADuctOnceForEachTimeThatTheyClose) {
+  JoinedBlocks blocks(Scissors());
+  blocks.Step(JoinedBlocks::Jaws(0.012, 1));
+  EXPECT_EQ(blocks.duct().Outcome().cuts, 0);
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05), 3);
+  EXPECT_EQ(blocks.duct().Outcome().cuts, 1);
+  EXPECT_EQ(blocks.duct().rod().nodes(), kDuctSegments + 2);
+  EXPECT_EQ(blocks.duct().Outcome().load_W, Vector3d::Zero());
+  blocks.Step(JoinedBlocks::Jaws(0.02, 1));
+  blocks.Step(JoinedBlocks::Jaws(0.02, 0.05), 3);
+  EXPECT_EQ(blocks.duct().Outcome().cuts, 2);
+}
+
+TEST(DuctActions, AClipApplierClosesTheLumenUntilItsMagazineIsEmpty) {
+  JoinedBlocks blocks(ClipApplier(2));
+  for (const double height : {0.01, 0.014, 0.018}) {
+    blocks.Step(JoinedBlocks::Jaws(height, 1));
+    blocks.Step(JoinedBlocks::Jaws(height, 0.05), 2);
+  }
+  EXPECT_EQ(blocks.duct().Outcome().clips, 2);
+  EXPECT_EQ(blocks.SegmentAt(0.0101), SegmentState::kClipped);
+  EXPECT_EQ(blocks.SegmentAt(0.0141), SegmentState::kClipped);
+  EXPECT_EQ(blocks.SegmentAt(0.0181), SegmentState::kOpen);
+}
+
+TEST(DuctActions, AHeldPartFollowsTheJawsAfterACut) {
+  JoinedBlocks blocks(Grasper());
+  blocks.Step(JoinedBlocks::Jaws(0.02, 1));
+  blocks.Step(JoinedBlocks::Jaws(0.02, 0.05), 2);
+  // A copy of the engine's state is cut; the loop has its own.
+  DuctState duct = blocks.duct();
+  int held = 0;
+  while (!duct.rod().IsHeld(held)) ++held;
+  const int node = duct.Cut(0.01);
+  ASSERT_GT(node, 0);
+  ASSERT_TRUE(duct.rod().IsHeld(held + 1));
+  const Vector3d place_W = duct.rod().node(held + 1) + Vector3d(0.002, 0, 0);
+  duct.MoveHeld(held + 1, place_W);
+  const Eigen::VectorXd w = Eigen::VectorXd::Zero(duct.unknowns());
+  duct.Follow(w);
+  EXPECT_EQ(duct.rod().node(held + 1), place_W);
+  EXPECT_LT((duct.rod().node(node) - Vector3d(0, 0, duct.rod().ArcLength(node))).norm(), 1e-6);
+  EXPECT_EQ(duct.Cut(duct.rod().ArcLength(held + 1)), -1) << "in the jaws";
+}
+
+}  // namespace
+}  // namespace hpdm

@@ -1,0 +1,267 @@
+// A scripted surgeon does an exercise to its end, and what is done wrong is found. The log, and so a
+// replay and a report, judge as the session did.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lcmtypes/analysis/logged_session.h"
+#include "scenes/loader/scene.h"
+#include "tests/support/scratch_folder.h"
+#include "tools/replay/log_replay.h"
+#include "tools/session/lockstep_session.h"
+#include "tools/session/session.h"
+#include "tools/session/session_recorder.h"
+
+namespace hpdm {
+namespace {
+
+enum { kGrasper, kHook };
+
+// The exercise on coarse lattices, with a strong hook and a small part of the bed to free.
+Scene ShortExercise() {
+  Scene scene = LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/bed_dissection.toml");
+  for (OrganOptions& organ : scene.organs) {
+    organ.lattice.cells = {4, 4, 4};
+    organ.lattice.local.functions = 0;
+  }
+  scene.instruments[kHook].geometry.power = 400;
+  scene.exercise->steps[2].freed_area = 1e-4;
+  return scene;
+}
+
+// Moves grasper and hook; every method runs the session's steps.
+class Surgeon {
+ public:
+  explicit Surgeon(LockstepSession* session) : session_(*session) {
+    const SessionModel& model = session_.model();
+    const Points& rest = model.organs()[1].rest().vertices;
+    const Vector3d wanted(0.008, -0.110, 0.032), middle = rest.colwise().mean();
+    Eigen::Index nearest = 0;
+    (rest.rowwise() - wanted.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
+    fundus_W_ = rest.row(nearest);
+    outward_W_ = (fundus_W_ - middle).normalized();
+    const Vector3d bed_W = model.beds()[0].points_W[0].colwise().mean();
+    away_W_ = (middle - bed_W).normalized();
+    for (std::size_t t = 0; t < 2; ++t) {
+      const auto& tip = session_.tools()[t].tip;
+      tips_W_[t] = Vector3d(tip[0], tip[1], tip[2]);
+    }
+  }
+
+  const ExerciseResult& result() const { return session_.exercise()->result(); }
+  std::vector<std::string> Errors() const {
+    std::vector<std::string> names;
+    for (const ExerciseError& error : result().errors) {
+      const auto rule = static_cast<std::size_t>(error.rule);
+      names.push_back(session_.exercise()->options().errors[rule].name);
+    }
+    return names;
+  }
+
+  void Step(int count = 1) {
+    for (int i = 0; i < count; ++i) {
+      for (std::size_t t = 0; t < 2; ++t) {
+        const double jaw = t == kGrasper ? jaw_ : 1;
+        session_.Command(t, session_.model().kinematics(t).Inverse(tips_W_[t], 0, jaw).joints);
+      }
+      session_.Step();
+    }
+  }
+  void Move(std::size_t tool, const Vector3d& to_W, double speed) {
+    const Vector3d from_W = tips_W_[tool];
+    const int steps = std::max(1, static_cast<int>(30 * (to_W - from_W).norm() / speed));
+    for (int i = 1; i <= steps; ++i) {
+      tips_W_[tool] = from_W + i * (to_W - from_W) / steps;
+      Step();
+    }
+  }
+  void Close(double jaw) {
+    const double from = jaw_;
+    for (int i = 1; i <= 10; ++i) {
+      jaw_ = from + i * (jaw - from) / 10;
+      Step();
+    }
+  }
+  void TakeFundus() {
+    Move(kGrasper, fundus_W_ + 0.03 * outward_W_, 0.2);
+    Move(kGrasper, fundus_W_ + 0.0015 * outward_W_, 0.03);
+    Close(0);
+    Step(20);
+  }
+  void Lift(double length) { Move(kGrasper, tips_W_[kGrasper] + length * away_W_, 0.03); }
+  // Burns from the fundus to the neck until the exercise's step is done.
+  void Burn() {
+    const std::size_t step = result().step_times.size();
+    for (int i = 0; i < 600 && result().step_times.size() == step; ++i) {
+      const Vector3d to_W = NextSample();
+      if ((to_W - tips_W_[kHook]).norm() > 0.0012) {
+        session_.Press(kHook, false);
+        Move(kHook, to_W, 0.06);
+      }
+      session_.Press(kHook, true);
+      Step();
+    }
+    session_.Press(kHook, false);
+  }
+  void BurnFor(double seconds) {
+    session_.Press(kHook, true);
+    Step(static_cast<int>(30 * seconds));
+    session_.Press(kHook, false);
+    Step(3);
+  }
+  // Presses the hook's tip into an organ near a place, along its shaft, m.
+  void PressOn(std::size_t organ, const Vector3d& near_W, double depth) {
+    const Points& rest = session_.model().organs()[organ].rest().vertices;
+    Eigen::Index nearest = 0;
+    (rest.rowwise() - near_W.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
+    const Vector3d point_W = rest.row(nearest);
+    const Vector3d inward_W =
+        (point_W - session_.model().kinematics(kHook).p_trocar_W()).normalized();
+    Move(kHook, point_W - 0.02 * inward_W, 0.2);
+    Move(kHook, point_W + (depth - 0.0015) * inward_W, 0.03);
+  }
+  void BackOff() { Move(kHook, tips_W_[kHook] + Vector3d(0.02, -0.03, 0.02), 0.1); }
+
+ private:
+  Vector3d NextSample() const {
+    const AttachmentLink& link = session_.links()[0];
+    const AttachmentJoint::Layer& layer = link.joint().layers()[0];
+    Vector3d next_W = Vector3d::Zero();
+    for (int i = 0; i < layer.bed.size(); ++i) {
+      if (link.state().damage()[ToSize(i)] >= 1) continue;
+      Vector3d middle_W = Vector3d::Zero();
+      for (std::size_t side = 0; side < 2; ++side) {
+        const auto o = ToSize(link.joint().members()[ToSize(layer.members[side])].organ);
+        middle_W +=
+            0.5 * layer.bed.surface_points[side][ToSize(i)].Position(
+                      session_.organ(o).vertices, session_.model().organs()[o].rest().triangles);
+      }
+      if (middle_W.y() < next_W.y()) next_W = middle_W;
+    }
+    return next_W;
+  }
+
+  LockstepSession& session_;
+  Vector3d fundus_W_, outward_W_, away_W_;
+  std::array<Vector3d, 2> tips_W_;
+  double jaw_ = 1;
+};
+
+class ExerciseSession : public testing::Test {
+ protected:
+  static LockstepSession MakeSession() {
+    static const auto model = std::make_shared<const SessionModel>(ShortExercise());
+    return SessionOf(model);
+  }
+  static LockstepSession SessionOf(std::shared_ptr<const SessionModel> model) {
+    DeviceChoice command;
+    command.type = DeviceChoice::Type::kCommand;
+    return LockstepSession(std::move(model), {command, command});
+  }
+
+  LockstepSession session_ = MakeSession();
+  Surgeon surgeon_{&session_};
+};
+
+using Names = std::vector<std::string>;
+
+TEST_F(ExerciseSession, ASurgeonDoesItCleanlyAndTheLogAndItsReplayFindTheSame) {
+  const ScratchFolder folder;
+  SessionRecorder recorder(session_.model(), folder / "session", false);
+  session_.RecordTo(&recorder);
+  surgeon_.TakeFundus();
+  surgeon_.Lift(0.012);
+  surgeon_.Step(20);
+  surgeon_.Burn();
+  surgeon_.BackOff();
+  surgeon_.Lift(-0.012);
+  surgeon_.Close(1);
+  surgeon_.Step(30);
+  EXPECT_EQ(recorder.Finish(), "");
+  session_.RecordTo(nullptr);
+  const ExerciseResult& result = surgeon_.result();
+  EXPECT_EQ(surgeon_.Errors(), Names{});
+  EXPECT_TRUE(result.passed);
+  EXPECT_EQ(result.step_times.size(), 4u);
+  EXPECT_EQ(result.score, 100) << "before the target time";
+  const AttachmentOutcome& layer = session_.links()[0].outcomes()[0];
+  EXPECT_GE(layer.freed_area, 1e-4);
+  EXPECT_GT(layer.burnt_area, 0.9 * layer.freed_area);
+
+  const std::string log = folder / "session/session.lcmlog";
+  const LoggedSession logged(log);
+  ExerciseEvaluator judge(*ShortExercise().exercise);
+  for (const LoggedStep& step : logged.steps()) judge.Add(step.sample);
+  EXPECT_EQ(judge.result().score, result.score);
+  EXPECT_EQ(judge.result().step_times, result.step_times);
+  Session replayed(ShortExercise());
+  const LogReplay replay = ReplayLog(logged, 0, &replayed);
+  EXPECT_EQ(replay.ended_early, "");
+  EXPECT_EQ(replay.steps_compared, replay.steps_logged);
+  EXPECT_FALSE(replay.comparison.first_beyond()) << "bit for bit, burning included";
+}
+
+TEST_F(ExerciseSession, AHookOnTheGallbladdersWallIsABurnAfterItsTime) {
+  surgeon_.PressOn(1, {0.0063, -0.1127, 0.0182}, 0.003);
+  surgeon_.BurnFor(0.2);
+  EXPECT_EQ(surgeon_.Errors(), Names{}) << "a near miss";
+  surgeon_.BurnFor(0.45);
+  EXPECT_EQ(surgeon_.Errors(), Names{"burn of the gallbladder's wall"});
+}
+
+TEST_F(ExerciseSession, AHookOnTheLiverIsABurnAfterItsTime) {
+  surgeon_.PressOn(0, {0.06, -0.07, 0.04}, 0.003);
+  surgeon_.BurnFor(0.2);
+  EXPECT_EQ(surgeon_.Errors(), Names{}) << "a near miss";
+  surgeon_.BurnFor(0.45);
+  EXPECT_EQ(surgeon_.Errors(), Names{"burn of the liver"});
+}
+
+TEST_F(ExerciseSession, AHookInTheAirIsAnErrorAfterItsTime) {
+  surgeon_.Step(5);
+  surgeon_.BurnFor(0.4);
+  EXPECT_EQ(surgeon_.Errors(), Names{}) << "a near miss";
+  surgeon_.BurnFor(0.6);
+  EXPECT_EQ(surgeon_.Errors(), Names{"hook energised away from tissue"});
+}
+
+TEST_F(ExerciseSession, JawsThatOpenOnLiftedTissueDropIt) {
+  surgeon_.TakeFundus();
+  surgeon_.Lift(0.009);
+  surgeon_.Step(10);
+  surgeon_.Close(1);
+  surgeon_.Step(5);
+  EXPECT_EQ(surgeon_.Errors(), Names{}) << "a near miss";
+  surgeon_.Lift(-0.009);
+  surgeon_.TakeFundus();
+  surgeon_.Lift(0.016);
+  surgeon_.Step(10);
+  surgeon_.Close(1);
+  surgeon_.Step(5);
+  EXPECT_EQ(surgeon_.Errors(), Names{"the gallbladder was dropped"});
+}
+
+TEST_F(ExerciseSession, AStrongPullTearsAWeakBed) {
+  Scene scene = ShortExercise();
+  scene.attachments[0].strength = 1000;
+  scene.attachments[0].toughness = 1;
+  LockstepSession session = SessionOf(std::make_shared<const SessionModel>(scene));
+  Surgeon surgeon(&session);
+  surgeon.TakeFundus();
+  surgeon.Lift(0.002);
+  surgeon.Step(10);
+  EXPECT_EQ(surgeon.Errors(), Names{}) << "a near miss";
+  surgeon.Lift(0.04);
+  surgeon.Step(20);
+  const Names errors = surgeon.Errors();
+  EXPECT_NE(std::ranges::find(errors, "the bed was torn"), errors.end());
+}
+
+}  // namespace
+}  // namespace hpdm
