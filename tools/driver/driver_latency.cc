@@ -81,7 +81,7 @@ void AskForPriority(int priority) {
 /// Publishes a reading each kDriverPeriod and notes its time, until `published` is full.
 void Speak(const std::stop_token& stop, const SessionClock& clock, lcm::LCM* driver,
            std::vector<Nanoseconds>* published) {
-  device_t reading{0, 0, 0, {0, 0, 0.1, 0, 1}, true};
+  device_t reading{0, 0, 0, {0, 0, 0.1, 0, 1}, true, false};
   for (std::size_t i = 1; i < published->size() && !stop.stop_requested(); ++i) {
     clock.SleepUntil(static_cast<Nanoseconds>(i) * kDriverPeriod);
     reading.sequence = static_cast<std::int64_t>(i);

@@ -50,7 +50,7 @@ int main() {
       hand.effort = 0;  // the session is silent: no force
     hand.Step(1e-3 * i, 1e-3);
     const std::chrono::nanoseconds now = Clock::now().time_since_epoch();
-    const hpdm::device_t reading{i, now.count(), 0, {0, 0, hand.insertion, 0, 1}, true};
+    const hpdm::device_t reading{i, now.count(), 0, {0, 0, hand.insertion, 0, 1}, true, false};
     lcm.publish("HPDM_DEVICE", &reading);
   }
 }

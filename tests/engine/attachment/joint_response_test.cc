@@ -178,9 +178,9 @@ Eigen::MatrixXd DirectStiffness(const std::vector<OrganModel>& models, const Att
     Eigen::RowVectorXd J(n[0] + n[1]);
     J << -Eigen::RowVectorXd(bed.rows[0].row(i)), Eigen::RowVectorXd(bed.rows[1].row(i));
     const double d = state.damage()[static_cast<std::size_t>(i)];
-    const Vector3d n = bed.normals_W.row(i);
+    const Vector3d normal = bed.normals_W.row(i);
     Matrix3d k = (1 - d) * Matrix3d::Identity();
-    if (state.closed()[static_cast<std::size_t>(i)] != 0) k += d * n * n.transpose();
+    if (state.closed()[static_cast<std::size_t>(i)] != 0) k += d * normal * normal.transpose();
     k *= bed.areas[i] * bed.law.stiffness;
     for (Eigen::Index a = 0; a < J.size(); ++a) {
       for (Eigen::Index b = 0; b < J.size(); ++b) {
