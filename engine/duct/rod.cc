@@ -45,7 +45,8 @@ Matrix3d RotationOf(const Vector3d& v) {
   const Matrix3d V = Cross(v);
   if (angle2 < 1e-16) return Matrix3d::Identity() + V + V * V / 2;
   const double angle = std::sqrt(angle2);
-  return Matrix3d::Identity() + std::sin(angle) / angle * V + (1 - std::cos(angle)) / angle2 * V * V;
+  return Matrix3d::Identity() + std::sin(angle) / angle * V +
+         (1 - std::cos(angle)) / angle2 * V * V;
 }
 
 Vector3d RotationVector(const Matrix3d& R) {
@@ -284,11 +285,21 @@ bool Rod::FactorFree() {
   return factor_.Factor();
 }
 
-// Assembles and factors the tangent, without its geometric part if it is not positive definite.
+// Factors the tangent, without its geometric part if it is not positive definite. Round-off of a part
+// that hardly anything holds is met by a larger diagonal, a shape that is not finite by the identity.
 void Rod::FactorStable() {
   if (FactorFree()) return;
   Assemble(false);
-  HPDM_CHECK(FactorFree());
+  for (double share = 1e-12; !FactorFree(); share *= 1e3) {
+    if (!(share < 1)) {
+      factor_.SetZero(blocks());
+      for (std::size_t j = 0; j < blocks(); ++j) factor_.At(j, j).setIdentity();
+      return;
+    }
+    for (std::size_t j = 0; j < blocks(); ++j) {
+      tangent_.At(j, j).diagonal().array() += share * tangent_.At(j, j).trace();
+    }
+  }
 }
 
 double Rod::Residual() const {
