@@ -28,7 +28,8 @@ EventReporter::EventReporter(const SessionInfo& info, Sink sink, Tell tell)
       instruments_(info.instruments),
       held_(info.held),
       attachments_(info.attachments),
-      layers_(info.layers) {
+      layers_(info.layers),
+      ducts_(info.ducts) {
   for (const OrganDescription& organ : info.organs) organs_.push_back(organ.name);
 }
 
@@ -118,6 +119,7 @@ void EventReporter::Add(const StepSample& sample) {
   AddOrgans(sample);
   AddAttachments(sample);
   AddLayers(sample);
+  AddDucts(sample);
   AddShedding(sample.step.shed_level);
 }
 
@@ -173,6 +175,22 @@ void EventReporter::AddLayers(const StepSample& sample) {
     std::snprintf(text, sizeof text, " bears %.3g N/m, beyond its strength of %.3g N/m", tension,
                   strength);
     sink_(EventSeverity::kWarning, "layer.overloaded", layers_[l].name + text);
+  }
+}
+
+void EventReporter::AddDucts(const StepSample& sample) {
+  const auto count = std::min(ducts_.size(), ToSize(sample.duct_count));
+  for (std::size_t d = 0; d < count; ++d) {
+    const DuctOutcome& now = sample.ducts[d];
+    const DuctOutcome last = std::exchange(duct_outcomes_[d], now);
+    for (int clip = last.clips + 1; clip <= now.clips; ++clip) {
+      sink_(EventSeverity::kInfo, "duct.clipped",
+            "clip " + std::to_string(clip) + " is on the " + ducts_[d]);
+    }
+    for (int cut = last.cuts + 1; cut <= now.cuts; ++cut) {
+      sink_(EventSeverity::kInfo, "duct.cut",
+            "the " + ducts_[d] + " is cut, with " + std::to_string(now.clips) + " clips on it");
+    }
   }
 }
 

@@ -368,6 +368,7 @@ SessionInfo SessionModel::Info() const {
     std::vector<std::string>& names = info.held.emplace_back();
     for (int held = 0; held < options.HeldCount(); ++held) names.push_back(options.Held(held).name);
   }
+  for (const DuctOptions& duct : scene_.ducts) info.ducts.push_back(duct.name);
   for (const OrganModel& organ : organs_) {
     const std::vector<LayerOptions>& layers = organ.options().layers;
     for (std::size_t l = 0; l < layers.size(); ++l) {

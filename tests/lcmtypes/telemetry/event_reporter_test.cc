@@ -22,6 +22,7 @@ struct ReporterBench {
     info.held = {{"left"}, {"right", "hook", "scissors"}};
     info.attachments = {{"gallbladder and liver", kBedArea}};
     info.layers = {{"layer[0] of liver", 300}, {"layer[1] of liver", 0}};
+    info.ducts = {"cystic duct"};
     return info;
   }
   std::vector<std::string> Names() const {
@@ -198,6 +199,21 @@ TEST(EventReporter, ALayerBeyondItsStrengthIsAnEventUntilItIsUnloaded) {
   EXPECT_EQ(bench.Names(), (Names{"layer.overloaded", "layer.overloaded"}));
   EXPECT_EQ(bench.events[0].text,
             "layer[0] of liver bears 310 N/m, beyond its strength of 300 N/m");
+}
+
+TEST(EventReporter, EachClipAndEachCutOfADuctIsAnEvent) {
+  ReporterBench bench;
+  std::uint64_t number = 0;
+  for (const auto& [clips, cuts] : {std::pair(0, 0), {1, 0}, {1, 0}, {3, 0}, {3, 1}, {3, 1}}) {
+    StepSample sample = Step(++number);
+    sample.duct_count = 1;
+    sample.ducts[0].clips = clips;
+    sample.ducts[0].cuts = cuts;
+    bench.reporter.Add(sample);
+  }
+  EXPECT_EQ(bench.Names(), (Names{"duct.clipped", "duct.clipped", "duct.clipped", "duct.cut"}));
+  EXPECT_EQ(bench.events[2].text, "clip 3 is on the cystic duct");
+  EXPECT_EQ(bench.events[3].text, "the cystic duct is cut, with 3 clips on it");
 }
 
 TEST(EventReporter, EachLevelOfReducedQualityIsAnEvent) {
