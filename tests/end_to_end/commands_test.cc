@@ -90,6 +90,19 @@ TEST_F(Commands, CheckReportsTheMetricEnergysErrorAndNoneForStrain) {
   }
 }
 
+TEST_F(Commands, AGeneratedAnatomyIsASoundScene) {
+  const Outcome made = Hpdm("generate --anatomy short_duct --seed 4 --out " + Folder("anatomy"));
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const Outcome check = Hpdm("check --json " + Folder("anatomy/anatomy.toml"));
+  ASSERT_EQ(check.exit_code, 0) << check.err;
+  const Json facts = Json::parse(check.out);
+  EXPECT_EQ(facts["organs"].size(), 6);
+  EXPECT_EQ(facts["attachments"].size(), 1);
+  EXPECT_EQ(facts["ducts"].size(), 2);
+  EXPECT_EQ(Hpdm("generate --seed 4 --out " + Folder("none")).exit_code, 2) << "of no anatomy";
+  EXPECT_FALSE(fs::exists(folder_ / "none"));
+}
+
 TEST_F(Commands, InspectStatesTheFactsOfAMesh) {
   const Outcome outcome =
       Hpdm("inspect --json " + (kSource / "scenes" / "meshes" / "liver_274.obj").string());

@@ -113,6 +113,9 @@ friction = 0.1
   max_insertion = 0.24
 
   [[instrument.exchange]]
+  name = "clip applier"
+  type = "clip_applier"
+  [[instrument.exchange]]
   name = "second grasper"
   type = "grasper"
   friction = 0.2
