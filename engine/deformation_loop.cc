@@ -306,7 +306,8 @@ void DeformationLoop::FillSample(const ToolState& tools) {
   sample_.tools = tools.tools;
   for (int t = 0; t < tools.tool_count; ++t) {
     const ToolPatches& patches = edges_->patch.Back().tools[t];
-    sample_.contacts[t] = InWorld(patches.main());
+    // A held duct is no contact with the organ that holds its end.
+    sample_.contacts[t] = duct_actions_.FillsPatch(t) ? SolvedContact() : InWorld(patches.main());
     std::size_t beside = 0;
     for (std::size_t p = 0; p < kMaxPlaces; ++p) {
       if (static_cast<int>(p) == patches.main_place) continue;

@@ -246,7 +246,8 @@ AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Rel
 }
 
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
-    std::vector<AttachmentBed> beds, const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs,
+    std::vector<AttachmentBed> beds,
+    const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs,
     std::vector<std::shared_ptr<const DuctModel>> ducts) {
   std::vector<std::size_t> group(organs.size());
   std::iota(group.begin(), group.end(), std::size_t{0});

@@ -114,7 +114,8 @@ AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Rel
 /// Groups the beds and the ducts into joints. `organs`: a and b of each bed, then those of each duct,
 /// with index -1 for the world.
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
-    std::vector<AttachmentBed> beds, const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs,
+    std::vector<AttachmentBed> beds,
+    const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs,
     std::vector<std::shared_ptr<const DuctModel>> ducts = {});
 
 }  // namespace hpdm

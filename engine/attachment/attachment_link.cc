@@ -1,11 +1,19 @@
 #include "engine/attachment/attachment_link.h"
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <cmath>
 #include <utility>
 
 #include "engine/base/check.h"
 
 namespace hpdm {
+namespace {
+
+// The least stiffness of a held duct over its largest.
+constexpr double kLeastHeldShare = 1e-4;
+
+}  // namespace
 
 AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
     : state_(std::move(joint)),
@@ -74,7 +82,13 @@ Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
     state_.Settle(free_);
     stiffness.col(d) -= held.rows.transpose() * free_.segment(first, count);
   }
-  return ((stiffness + stiffness.transpose()) / 2).inverse();
+  // A buckled rod may give way at the node.
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver((stiffness + stiffness.transpose()) / 2);
+  const double largest = solver.eigenvalues().cwiseAbs().maxCoeff();
+  if (!(largest > 0) || !std::isfinite(largest)) return Matrix3d::Zero();
+  const Vector3d kept = solver.eigenvalues().cwiseMax(kLeastHeldShare * largest);
+  return solver.eigenvectors() * kept.cwiseInverse().asDiagonal() *
+         solver.eigenvectors().transpose();
 }
 
 // A free organ moves also without forces.

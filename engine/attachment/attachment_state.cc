@@ -37,11 +37,14 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   if (joint_->sag().size() > 0) BearWeight();
 }
 
-// Finds what the undamaged layers bear. Refuses a layer that it would damage.
+// Finds what the undamaged layers bear, without the ducts. Refuses a layer that it would damage.
 void AttachmentState::BearWeight() {
   const Eigen::MatrixXd& stiffness = joint_->lasting_stiffness();
-  const Eigen::VectorXd w =
-      (stiffness + R_).ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
+  Eigen::MatrixXd held = stiffness;
+  const Eigen::Index of_layers =
+      3 * (joint_->ducts().empty() ? joint_->modes() : joint_->ducts()[0].first_mode);
+  held.topLeftCorner(of_layers, of_layers) += R_.topLeftCorner(of_layers, of_layers);
+  const Eigen::VectorXd w = held.ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
   borne_.resize(static_cast<Eigen::Index>(damage_.size()), 3);
   constant_.setZero(w.size());
   Eigen::Index at = 0;

@@ -33,7 +33,7 @@ class AttachmentState {
   /// Damage of each sample of one layer.
   std::span<const double> DamageOf(std::size_t layer) const;
 
-  /// True if all of the layer is torn.
+  /// True if nothing of the layer is left: it is torn, burnt or cut.
   bool IsTorn(std::size_t layer) const;
   /// Takes a torn layer away for good: it carries no pressure any more.
   void TakeAway(std::size_t layer);
@@ -113,14 +113,14 @@ class AttachmentState {
   std::vector<double> burnt_, cut_;  // shares of the area that instruments removed
   std::vector<double> spared_;  // of each layer, J: what tearing did not dissipate in removed area
   std::vector<char> closed_;    // of each sample: carries pressure
-  Points borne_;              // of each sample, m: its displacement by the weight; empty: no weight
+  Points borne_;  // of each sample, m: its displacement by the weight; empty: no weight
   std::vector<DuctState> ducts_;
   Eigen::Index duct_unknowns_ = 0;  // those of the ducts' modes, the last ones
   Eigen::VectorXd constant_;        // 3r, N; empty without a weight and ducts
   bool changed_ = true;             // the layers' part of R_ is to be computed
   bool ducts_changed_ = false;
-  Eigen::MatrixXd R_;         // 3r x 3r, N/m
-  Eigen::MatrixXd factor_;    // 3r x 3r: lower Cholesky factor of G^-1 + R
+  Eigen::MatrixXd R_;       // 3r x 3r, N/m
+  Eigen::MatrixXd factor_;  // 3r x 3r: lower Cholesky factor of G^-1 + R
 };
 
 }  // namespace hpdm

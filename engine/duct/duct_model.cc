@@ -82,8 +82,8 @@ DuctModel::Hold HoldBy(const DuctOptions& options, const OrganModel& organ, bool
       return rest.vertices.row(rest.triangles(hit.at.triangle, k));
     };
     const Vector3d normal_W = (corner(1) - corner(0)).cross(corner(2) - corner(0)).normalized();
-    material_W = hit.at.Position(rest.vertices, rest.triangles) -
-                 std::max(lattice.inset(), 1e-6) * normal_W;
+    material_W =
+        hit.at.Position(rest.vertices, rest.triangles) - std::max(lattice.inset(), 1e-6) * normal_W;
   }
   const Vector3d arm_W = p_W - material_W;
   std::vector<Eigen::Vector4d> dense(ToSize(organ.control_points()), Eigen::Vector4d::Zero());
@@ -160,17 +160,18 @@ void RefuseSharedEnds(const DuctModel& first, const DuctModel& second) {
       const double distance = (first.rod.rest_ends()[f].p_W - p_W).norm();
       const double least = kLeastDistance * second.holds[s].length;
       if (distance >= least) continue;
-      throw InputError(DuctTitle(second.options) +
-                       DuctText("its end at [%.4f, %.4f, %.4f] is %.3g mm from an end of duct \"%s\" "
-                                "in organ \"%s\"; move it at least %.3g mm away",
-                                p_W.x(), p_W.y(), p_W.z(), 1000 * distance,
-                                first.options.name.c_str(), organ.c_str(), 1000 * least));
+      throw InputError(
+          DuctTitle(second.options) +
+          DuctText("its end at [%.4f, %.4f, %.4f] is %.3g mm from an end of duct \"%s\" "
+                   "in organ \"%s\"; move it at least %.3g mm away",
+                   p_W.x(), p_W.y(), p_W.z(), 1000 * distance, first.options.name.c_str(),
+                   organ.c_str(), 1000 * least));
     }
   }
 }
 
-DuctModel::DuctModel(const DuctOptions& duct, const OrganModel* a, const OrganModel* b,
-                     int number, int segments)
+DuctModel::DuctModel(const DuctOptions& duct, const OrganModel* a, const OrganModel* b, int number,
+                     int segments)
     : options(duct),
       index(number),
       section(duct.young, duct.radius, duct.wall, kDuctPoisson),
@@ -179,8 +180,8 @@ DuctModel::DuctModel(const DuctOptions& duct, const OrganModel* a, const OrganMo
   if (b != nullptr) holds[1] = HoldBy(duct, *b, false);
 }
 
-EndMotion EndMotionOf(const Rod::Frame& rest, double length,
-                      const Eigen::Matrix<double, 12, 1>& w, const Matrix3d& turn) {
+EndMotion EndMotionOf(const Rod::Frame& rest, double length, const Eigen::Matrix<double, 12, 1>& w,
+                      const Matrix3d& turn) {
   Matrix3d F = Matrix3d::Identity();
   for (int k = 0; k < 3; ++k) F.col(k) += w.segment<3>(3 + 3 * k) / length;
   Matrix3d R = turn;

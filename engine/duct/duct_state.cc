@@ -55,6 +55,7 @@ bool DuctState::Follow(const Eigen::Ref<const Eigen::VectorXd>& w) {
   const Vector predicted = constant_ + stiffness_ * w;
   at_rest_ = rod_.cuts() == 0 && !rod_.HoldsNode() && w.isZero(kRest) &&
              offsets_W_[0].isZero(kRest) && offsets_W_[1].isZero(kRest);
+  bool unsettled = false;
   if (at_rest_) {
     rod_.Reset();
     const Vector rest = Vector::Zero(unknowns_);
@@ -63,10 +64,17 @@ bool DuctState::Follow(const Eigen::Ref<const Eigen::VectorXd>& w) {
     rod_.Settle(frames_);
     Linearise(rest);
   } else {
-    rod_.Settle(frames_);
+    unsettled = !rod_.Settle(frames_).converged;
     Linearise(w);
   }
-  changed_ = false;
+  changed_ = unsettled;
+  if (!forces_.allFinite() || !stiffness_.allFinite()) {
+    rod_.Reset();
+    forces_.setZero();
+    constant_.setZero();
+    stiffness_.setZero();
+    return true;
+  }
   const double difference = (forces_ - predicted).norm();
   return difference <= kSettledShare * forces_.norm() + kSettledForce;
 }
@@ -90,17 +98,14 @@ void DuctState::Stabilise() {
   constant_ = forces_ - stiffness_ * w_;
 }
 
-// Returns the node nearest to an arc length that is neither beside an end nor beside a gap, or -1.
+// Returns the node nearest to an arc length, or -1 within two segments of an end or a gap.
 int DuctState::InnerNodeAt(double arc) const {
-  int nearest = -1;
-  double least = 0;
-  for (int i = 2; i + 2 < rod_.nodes(); ++i) {
-    const double distance = std::abs(rod_.ArcLength(i) - arc);
-    if (nearest >= 0 && distance >= least) continue;
-    nearest = i;
-    least = distance;
+  int nearest = 0;
+  for (int i = 1; i < rod_.nodes(); ++i) {
+    if (std::abs(rod_.ArcLength(i) - arc) < std::abs(rod_.ArcLength(nearest) - arc)) nearest = i;
   }
-  for (int i = nearest - 2; nearest >= 0 && i <= nearest + 1; ++i) {
+  if (nearest < 2 || nearest + 2 >= rod_.nodes()) return -1;
+  for (int i = nearest - 2; i <= nearest + 1; ++i) {
     if (!rod_.IsSegment(i)) return -1;
   }
   return nearest;

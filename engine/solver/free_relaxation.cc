@@ -102,7 +102,11 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   // The motion over the prediction is that of impulses at the step's start.
   void TakeMoved(const Points& U) override {
     if (!held_) return;
-    const FreeBody::Motion moved = U.allFinite() ? body_->RigidPart(U) : FreeBody::Motion();
+    if (!U.allFinite()) {
+      q_ = rate_ = {};
+      return;
+    }
+    const FreeBody::Motion moved = body_->RigidPart(U);
     rate_.translation += (moved.translation - q_.translation) / flight_.dt();
     rate_.rotation += (moved.rotation - q_.rotation) / flight_.dt();
     q_ = moved;

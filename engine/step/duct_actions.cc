@@ -23,20 +23,20 @@ void DuctActions::Apply(ToolState* tools, std::span<AttachmentLink> links) {
     Tool& tool = tools_[ToSize(t)];
     if (pose.instrument_index != tool.instrument_index) {
       Release(&tool, links);
-      tool.opened = false;
+      tool.widest = 0;
       tool.instrument_index = pose.instrument_index;
     }
-    if (tool.held.link >= 0) {
+    if (tool.fills_patch) {
       TickContactPoint& point = tools->contact_points[ToSize(t)][kPlace];
       if (point.slip_T.allFinite()) tool.slip_T = point.slip_T;
       point = {};
-      if (pose.jaw > kJawLetsGo) Release(&tool, links);
     }
+    if (tool.held.link >= 0 && pose.jaw > kJawLetsGo) Release(&tool, links);
     if (pose.jaw >= kJawGrasps) {
-      tool.opened = true;
-    } else if (tool.opened) {
-      tool.opened = false;
+      tool.widest = std::max(tool.widest, pose.jaw);
+    } else if (tool.widest > 0) {
       if (tool.held.link < 0) Close(pose, &tool, links);
+      tool.widest = 0;
     }
     if (tool.held.link >= 0) MoveHeld(pose, &tool, links);
   }
@@ -80,8 +80,8 @@ void DuctActions::Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLi
   if (!geometry.can_grasp && !acts) return;
   const Isometry3d X_WC = pose.X_WT * pose.X_TC;
   const double opening = Grasp::kHalfOpening * geometry.tip_radius;
-  Place place = Between(X_WC, geometry.can_grasp ? opening : 0, std::tan(geometry.opening),
-                        geometry.JawsLength(), links);
+  Place place = Between(X_WC, geometry.can_grasp ? opening : 0,
+                        std::tan(tool->widest * geometry.opening), geometry.JawsLength(), links);
   if (place.link < 0) return;
   AttachmentLink& link = links[ToSize(place.link)];
   DuctState& duct = link.ducts()[place.duct];
@@ -109,14 +109,14 @@ void DuctActions::MoveHeld(const ToolPose& pose, Tool* tool,
                            std::span<AttachmentLink> links) const {
   const ToolGeometry& geometry = tool->geometries[ToSize(tool->instrument_index)];
   const Vector3d p_T = tool->p_T + tool->slip_T;
-  const bool on_faces = std::abs(p_T.y()) <= geometry.tip_radius && p_T.z() >= 0 &&
-                        p_T.z() <= geometry.JawsLength();
+  const bool on_faces =
+      std::abs(p_T.y()) <= geometry.tip_radius && p_T.z() >= 0 && p_T.z() <= geometry.JawsLength();
   if (!on_faces) {
     Release(tool, links);
     return;
   }
   links[ToSize(tool->held.link)].ducts()[tool->held.duct].MoveHeld(tool->held.node,
-                                                                  pose.X_WT * p_T);
+                                                                   pose.X_WT * p_T);
 }
 
 void DuctActions::Release(Tool* tool, std::span<AttachmentLink> links) const {
@@ -126,8 +126,9 @@ void DuctActions::Release(Tool* tool, std::span<AttachmentLink> links) const {
 }
 
 void DuctActions::FillPatch(int tool, const ToolPose& pose, std::span<AttachmentLink> links,
-                            const std::vector<OrganStep>& organs, ToolPatches* patches) const {
-  const Tool& holder = tools_[ToSize(tool)];
+                            const std::vector<OrganStep>& organs, ToolPatches* patches) {
+  Tool& holder = tools_[ToSize(tool)];
+  holder.fills_patch = false;
   if (holder.held.link < 0 || patches->main().kind == ContactKind::kGrasp) return;
   AttachmentLink& link = links[ToSize(holder.held.link)];
   const AttachmentJoint::Duct& joined = link.joint().ducts()[holder.held.duct];
@@ -153,6 +154,7 @@ void DuctActions::FillPatch(int tool, const ToolPose& pose, std::span<Attachment
   patch.turn_W.setZero();
   patch.p_grasp_T = pose.X_WT.inverse() * (patch.contact_W + offset_W);
   patches->main_place = static_cast<int>(kPlace);
+  holder.fills_patch = true;
 }
 
 }  // namespace hpdm

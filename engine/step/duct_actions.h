@@ -17,7 +17,7 @@ namespace hpdm {
 /// 2. A grasper holds the duct's nearest node, which then moves with the jaws until they open
 ///    (kJawLetsGo) or it has slipped out of their faces. The hand feels it (FillPatch), unless the jaws
 ///    hold an organ's tissue too.
-/// 3. Scissors cut it there. A clip applier closes the lumen there, as long as its magazine has clips.
+/// 3. Scissors cut it where it lies within the angle that they opened to since they were last closed. A clip applier closes the lumen there, as long as its magazine has clips.
 ///
 /// Deformation thread; allocates nothing after construction.
 class DuctActions {
@@ -31,9 +31,9 @@ class DuctActions {
   void Apply(ToolState* tools, std::span<AttachmentLink> links);
   /// Fills the patch of the duct that a tool holds, after the step.
   void FillPatch(int tool, const ToolPose& pose, std::span<AttachmentLink> links,
-                 const std::vector<OrganStep>& organs, ToolPatches* patches) const;
-  /// True if the tool's jaws hold a duct.
-  bool Holds(int tool) const { return tools_[ToSize(tool)].held.link >= 0; }
+                 const std::vector<OrganStep>& organs, ToolPatches* patches);
+  /// True if the tool's last patch at kPlace is that of a duct.
+  bool FillsPatch(int tool) const { return tools_[ToSize(tool)].fills_patch; }
 
  private:
   // A node of a duct, or a place on one.
@@ -47,8 +47,9 @@ class DuctActions {
     std::vector<ToolGeometry> geometries;
     std::vector<int> clips;  // left, of each instrument
     int instrument_index = 0;
-    bool opened = false;  // since the jaws were last closed
+    double widest = 0;  // largest jaw since it was last closed; 0: closed
     Place held;
+    bool fills_patch = false;
     Vector3d p_T = Vector3d::Zero();     // of the held node as the jaws closed, m
     Vector3d slip_T = Vector3d::Zero();  // m
   };

@@ -94,7 +94,7 @@ class EventReporter {
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   std::array<AttachmentOutcome, kMaxAttachments> outcomes_;   // of the last step
   std::array<bool, kMaxLayers> layer_overloaded_{};
-  std::array<DuctOutcome, kMaxDucts> duct_outcomes_{};  // of the last step
+  std::array<DuctOutcome, kMaxDucts> duct_outcomes_{};    // of the last step
   std::size_t exercise_steps_ = 0, exercise_errors_ = 0;  // reported so far
   bool exercise_ended_ = false;
   int shed_level_ = 0;           // of the last step

@@ -40,16 +40,13 @@ SweptTube::SweptTube(const DuctSnapshot& snapshot, double radius) : radius_(radi
   for (int ring = 0; ring + 1 < kRings; ++ring) {
     for (int side = 0; side < kSides; ++side) {
       // Corners as (ring, side), counter-clockwise from outside.
-      const std::array<std::array<int, 2>, 4> corners{
-          {{0, 0}, {0, 1}, {1, 1}, {1, 0}}};
-      for (const auto& [first, second, third] :
-           {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
+      const std::array<std::array<int, 2>, 4> corners{{{0, 0}, {0, 1}, {1, 1}, {1, 0}}};
+      for (const auto& [first, second, third] : {std::array{0, 1, 2}, std::array{0, 2, 3}}) {
         int corner = 0;
         for (const int at : {first, second, third}) {
           const int r = ring + corners[ToSize(at)][0], s = side + corners[ToSize(at)][1];
           rest_.triangles(row, corner) = r * kSides + s % kSides;
-          rest_.texture_coordinates.row(3 * row + corner)
-              << of_ring * r, of_side * s;
+          rest_.texture_coordinates.row(3 * row + corner) << of_ring * r, of_side * s;
           ++corner;
         }
         ++row;
@@ -82,9 +79,8 @@ void SweptTube::Sweep(const DuctSnapshot& snapshot, PointsF* vertices) const {
     const double flat = clipped ? kFlat : 1, wide = clipped ? kWide : 1;
     for (int side = 0; side < kSides; ++side) {
       const double angle = 2 * std::numbers::pi * side / kSides;
-      const Vector3d point = NodeOf(snapshot, node) +
-                             radius * (flat * std::cos(angle) * across +
-                                       wide * std::sin(angle) * beside);
+      const Vector3d point = NodeOf(snapshot, node) + radius * (flat * std::cos(angle) * across +
+                                                                wide * std::sin(angle) * beside);
       vertices->row(ring * kSides + side) = point.transpose().cast<float>();
     }
   }

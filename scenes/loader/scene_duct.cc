@@ -17,9 +17,10 @@ const OrganOptions* HolderOf(const TableReader& table, std::string_view key,
   RequireOrgan(table, key, *name, organs);
   const OrganOptions& organ = *std::ranges::find(organs, *name, &OrganOptions::name);
   if (!TakesAttachments(organ) || organ.free) {
-    table.Fail(key, "cannot hold a duct",
-               "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony and no "
-               "free, or model = \"rigid\"");
+    table.Fail(
+        key, "cannot hold a duct",
+        "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony and no "
+        "free, or model = \"rigid\"");
   }
   return &organ;
 }

@@ -98,6 +98,13 @@ ExerciseStepOptions ReadStep(const TableReader& table, const Scene& scene) {
   ReadText(table, "instruction", &step.instruction);
   if (step.instruction.empty()) step.instruction = step.name;
   step.holds = ReadContactOf(table, "hold", "hold_with", scene);
+  const auto is_grasper = [&scene](const ExerciseTool& tool) {
+    const InstrumentOptions& hand = scene.instruments[static_cast<std::size_t>(tool.hand)];
+    return hand.Held(tool.instrument_index).type == InstrumentType::kGrasper;
+  };
+  if (step.holds && !std::ranges::all_of(step.holds->with, is_grasper)) {
+    table.Fail("hold_with", "is not a grasper", "name one");
+  }
   RequireBeside(table, "lift", "hold");
   table.ReadNumber("lift", Interval::Positive(1, "m"), &step.lift);
   step.touches = ReadContactOf(table, "touch", "touch_with", scene);

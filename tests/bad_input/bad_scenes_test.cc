@@ -578,8 +578,7 @@ void AddDucts(Scenes* s) {
   s->Text("a duct that begins in the air", scene(duct(liver, "[[0.06,0,0],[0.09,0,0]]")));
   s->Text("a duct of zero length", scene(duct(liver, "[[0.045,0,0],[0.045,0,0]]")));
   s->Text("a duct shorter than four radii", scene(duct(liver, "[[0.048,0,0],[0.055,0,0]]")));
-  s->Text("a duct that doubles back",
-          scene(duct(liver, "[[0.045,0,0],[0.09,0,0],[0.06,0,0]]")));
+  s->Text("a duct that doubles back", scene(duct(liver, "[[0.045,0,0],[0.09,0,0],[0.06,0,0]]")));
   s->Text("a duct of one point", scene(duct(liver, "[[0.045,0,0]]")));
   s->Text("a duct along a number", scene(duct(liver, "0.045")));
   s->Text("a duct along points of two numbers", scene(duct(liver, "[[0.045,0],[0.09,0]]")));
@@ -597,9 +596,8 @@ void AddDucts(Scenes* s) {
           scene(duct(liver, path), {.energy = "strain='finite'\n"}));
   s->Run("a session with a duct", scene(duct(liver, path)));
   s->Add("a static case of an organ with a duct", {"solve", "s.toml", "--out", "f.csv"},
-         WithFile("s.toml", scene(duct(liver, path) +
-                                  "[[load]]\norgan='liver'\npoint=[0.05,0,0]\n"
-                                  "radius=0.02\nforce=[1,0,0]\n")));
+         WithFile("s.toml", scene(duct(liver, path) + "[[load]]\norgan='liver'\npoint=[0.05,0,0]\n"
+                                                      "radius=0.02\nforce=[1,0,0]\n")));
 }
 
 TEST(BadInput, ScenesHaveTheOutcomesOfTheTable) {

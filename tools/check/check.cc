@@ -100,12 +100,9 @@ Json BedFacts(const AttachmentBed& bed, const Vector3d& borne_W) {
 }
 
 Json DuctFacts(const DuctModel& duct) {
-  Json facts = {{"name", duct.options.name},
-                {"length_m", duct.rod.rest_length()},
-                {"radius_m", duct.options.radius},
-                {"wall_m", duct.options.wall},
-                {"segments", duct.rod.nodes() - 1},
-                {"axial_N", duct.section.axial},
+  Json facts = {{"name", duct.options.name},           {"length_m", duct.rod.rest_length()},
+                {"radius_m", duct.options.radius},     {"wall_m", duct.options.wall},
+                {"segments", duct.rod.nodes() - 1},    {"axial_N", duct.section.axial},
                 {"bending_N_m2", duct.section.bending}};
   if (!duct.options.a.empty()) facts["a"] = duct.options.a;
   if (!duct.options.b.empty()) facts["b"] = duct.options.b;
@@ -286,7 +283,8 @@ void PrintDuct(const Json& duct) {
     return duct.contains(key) ? duct[key].get<std::string>() : std::string("the world");
   };
   std::printf(
-      "duct %s from %s to %s: %.3g mm long, %.3g mm wide, wall %.3g mm; EA %.3g N, EI %.3g N mm^2\n",
+      "duct %s from %s to %s: %.3g mm long, %.3g mm wide, wall %.3g mm; EA %.3g N, EI %.3g N "
+      "mm^2\n",
       duct["name"].get<std::string>().c_str(), end("a").c_str(), end("b").c_str(),
       1000 * duct["length_m"].get<double>(), 2000 * duct["radius_m"].get<double>(),
       1000 * duct["wall_m"].get<double>(), duct["axial_N"].get<double>(),

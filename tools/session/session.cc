@@ -35,8 +35,8 @@ Session::Session(Scene scene, std::vector<DeviceChoice> devices, const Progress&
   references_.assign(organs().size(), Points(0, 3));
   MakeDevices(traces);
   const int tools = static_cast<int>(choices_.size());
-  render_scenes =
-      std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs(), tools, true, beds(), ducts()));
+  render_scenes = std::make_unique<TripleBuffer<SceneSnapshot>>(
+      SizedSnapshot(organs(), tools, true, beds(), ducts()));
   telemetry_scenes =
       std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs(), tools, false));
 }

@@ -96,9 +96,8 @@ SessionLimits LimitsOf(const Scene& scene) {
     const bool pushes = std::count(limits.pushing.begin(), limits.pushing.end(), first) > 1;
     // A torn attachment or a cut duct leaves its organs elsewhere, a free organ stays where it is laid, and an
     // organ that moves pushes others.
-    const bool returns =
-        !organ.free && !IsAttached(scene.attachments, organ.name) &&
-        !HoldsDuct(scene.ducts, organ.name) && !(pushes && carried[first]);
+    const bool returns = !organ.free && !IsAttached(scene.attachments, organ.name) &&
+                         !HoldsDuct(scene.ducts, organ.name) && !(pushes && carried[first]);
     limits.settles.push_back(returns ? SettlesIn(organ) : std::nullopt);
   }
   return limits;

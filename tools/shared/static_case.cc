@@ -41,9 +41,10 @@ OrganOptions LoadedOrgan(const Scene& scene) {
         "it, or run a session");
   }
   if (HoldsDuct(scene.ducts, organ.name)) {
-    throw InputError(scene.path.string() + ": organ \"" + organ.name +
-                     "\": holds a [[duct]], which a static case of one organ leaves out; remove it, "
-                     "or run a session");
+    throw InputError(
+        scene.path.string() + ": organ \"" + organ.name +
+        "\": holds a [[duct]], which a static case of one organ leaves out; remove it, "
+        "or run a session");
   }
   return organ;
 }

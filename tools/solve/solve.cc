@@ -218,9 +218,10 @@ void AddSolveCommand(Command app) {
   solve.AddOption("scene", options->scene, "Scene file with [[load]] tables").Required();
   solve.AddOption("--out", options->out, "CSV to write: x,y,z,ux,uy,uz of each vertex, m")
       .Required();
-  solve.AddOption("--reference", options->reference,
-                  "CSV of the same form to measure the error against; the errors of tetrahedra that "
-                  "the JSON file beside it has are printed, too");
+  solve.AddOption(
+      "--reference", options->reference,
+      "CSV of the same form to measure the error against; the errors of tetrahedra that "
+      "the JSON file beside it has are printed, too");
   solve.AddOption("--picture", options->picture,
                   "PNG to write: the solved shape through the scene's laparoscope, coloured by "
                   "its displacement, or with --reference by its error");

@@ -16,8 +16,8 @@ namespace hpdm {
 
 /// How ducts and arteries run beside the gallbladder.
 enum class AnatomyVariant {
-  kUsual,          ///< A cystic duct of about 35 mm; the artery lies behind the common duct.
-  kShortDuct,      ///< A cystic duct of about 15 mm draws the common duct towards the gallbladder.
+  kUsual,          ///< A cystic duct of about 31 mm; the artery lies behind the common duct.
+  kShortDuct,      ///< A cystic duct of about 14 mm draws the common duct towards the gallbladder.
   kArteryInFront,  ///< The right hepatic artery crosses in front of the common duct.
   kLowUnion,       ///< The cystic duct runs beside the common duct and joins it far below.
 };

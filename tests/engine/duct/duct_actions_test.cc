@@ -29,7 +29,8 @@ struct JoinedBlocks {
     OrganOptions below = Block("below", young), above = Block("above", young);
     below.supports.push_back({hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, -0.009)}, {}});
     above.supports.push_back({hpdm::Box{Vector3d(-1, -1, kLength + 0.009), Vector3d(1, 1, 1)}, {}});
-    bench.Add(below, GridBox(Vector3d(-0.012, -0.012, -0.012), Vector3d(0.012, 0.012, 0), {6, 6, 4}));
+    bench.Add(below,
+              GridBox(Vector3d(-0.012, -0.012, -0.012), Vector3d(0.012, 0.012, 0), {6, 6, 4}));
     bench.Add(above, GridBox(Vector3d(-0.012, -0.012, kLength),
                              Vector3d(0.012, 0.012, kLength + 0.012), {6, 6, 4}));
     DuctOptions duct;
@@ -124,16 +125,14 @@ TEST(DuctActions, TheHandFeelsTheDuctAndTheOrgansThatHoldIt) {
     const Vector3d place(0, 0.004, 0);
     blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place), 8);
     const ToolPatch before = blocks.bench.patch.Front().tools[0].main();
-    for (const Vector3d& way :
-         {Vector3d(1e-5, 0, 0), Vector3d(0, 1e-5, 0), Vector3d(0, 0, 1e-5)}) {
+    for (const Vector3d& way : {Vector3d(1e-5, 0, 0), Vector3d(0, 1e-5, 0), Vector3d(0, 0, 1e-5)}) {
       blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place + way), 8);
       const Vector3d force_W = blocks.bench.patch.Front().tools[0].main().force_on_tissue_W;
       const Vector3d moved = before.compliance_W * (force_W - before.force_on_tissue_W);
       EXPECT_LT((moved - way).norm(), 0.02 * way.norm()) << young << " " << way.transpose();
       blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place), 8);
     }
-    const Vector3d law_W =
-        before.compliance_W.inverse() * (before.contact_W - before.p_original_W);
+    const Vector3d law_W = before.compliance_W.inverse() * (before.contact_W - before.p_original_W);
     EXPECT_LT((law_W - before.force_on_tissue_W).norm(), 1e-9);
   }
 }

@@ -87,7 +87,8 @@ TEST(DuctModel, AnEndFollowsALinearField) {
     for (int r = 0; r < DuctModel::Hold::kRows; ++r) {
       Vector3d moved = Vector3d::Zero();
       for (const auto& [column, value] : hold.rows[ToSize(r)]) moved += value * U.row(column);
-      const Vector3d expected = r == 0 ? Vector3d(t + A * p_W) : Vector3d(hold.length * A.col(r - 1));
+      const Vector3d expected =
+          r == 0 ? Vector3d(t + A * p_W) : Vector3d(hold.length * A.col(r - 1));
       EXPECT_LT((moved - expected).norm(), 1e-9) << height << " " << r;
     }
     EXPECT_FALSE(model.IsHeldByLattice(1));
@@ -105,8 +106,8 @@ TEST(EndMotion, TakesTheRotationOfTheMaterial) {
   const Rod::Frame rest{Vector3d(0.01, 0.02, 0.03), RotationOf(Vector3d(0.4, 0.1, -0.2))};
   const Matrix3d R = RotationOf(Vector3d(-0.9, 0.5, 0.7));
   const Matrix3d stretch = Matrix3d{{1.2, 0.1, 0}, {0.1, 0.8, -0.05}, {0, -0.05, 1.1}};
-  const EndMotion motion = EndMotionOf(rest, 0.008, RowsOf(R * stretch, Vector3d(1, 2, 3), 0.008),
-                                       Matrix3d::Identity());
+  const EndMotion motion =
+      EndMotionOf(rest, 0.008, RowsOf(R * stretch, Vector3d(1, 2, 3), 0.008), Matrix3d::Identity());
   EXPECT_LT((motion.turn - R).norm(), 1e-12);
   EXPECT_LT((motion.frame.R_W - R * rest.R_W).norm(), 1e-12);
   EXPECT_LT((motion.frame.p_W - rest.p_W - Vector3d(1, 2, 3)).norm(), 1e-12);

@@ -66,8 +66,8 @@ struct DuctBetweenBlocks {
       // The half that is away from the duct.
       const double middle = (from + to) / 2, reach = 0.011 + std::abs(from - to) / 2;
       const Vector3d centre(0, 0, from < 0 ? middle - reach : middle + reach);
-      block.supports.push_back({hpdm::Sphere{scale * (turn * (5.0 * centre)),
-                                             scale * (4 * centre.norm() + 0.012)}, {}});
+      block.supports.push_back(
+          {hpdm::Sphere{scale * (turn * (5.0 * centre)), scale * (4 * centre.norm() + 0.012)}, {}});
     }
     bench->Add(block, std::move(mesh));
   }
@@ -248,8 +248,8 @@ TEST(Ducts, JoinWithAttachments) {
   OrganOptions plate;
   plate.name = "plate";
   plate.model = OrganModelType::kRigid;
-  bench.Add(plate, GridBox(Vector3d(-0.04, -0.0253, -0.01), Vector3d(0.04, -0.0153, 0.03),
-                           {12, 12, 12}));
+  bench.Add(plate,
+            GridBox(Vector3d(-0.04, -0.0253, -0.01), Vector3d(0.04, -0.0153, 0.03), {12, 12, 12}));
   AttachmentOptions layer =
       BedLayer("below", "plate", hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, 1)}, 0.001);
   layer.strength = 1e6;
@@ -278,8 +278,8 @@ TEST(Ducts, TheHandFeelsThemThroughTheirOrgan) {
     block.lattice.margin = 0.0005;
     block.lattice.local.functions = 0;
     block.supports.push_back({hpdm::Box{Vector3d(-1, -1, -1), Vector3d(-0.01, 1, 1)}, {}});
-    bench.Add(block, GridBox(Vector3d(-0.015, -0.015, 0.03), Vector3d(0.015, 0.015, 0.034),
-                             {12, 12, 4}));
+    bench.Add(block,
+              GridBox(Vector3d(-0.015, -0.015, 0.03), Vector3d(0.015, 0.015, 0.034), {12, 12, 4}));
     if (joined) bench.Join(blocks.Duct());
     ToolOptions grasper;
     grasper.geometries[0].can_grasp = true;
@@ -361,7 +361,8 @@ TEST(Ducts, ACopyMovesToTheLastBitAndNothingIsAllocated) {
   copy->Attach({edge, patch, render, telemetry});
   for (int step = 20; step < 40; ++step) {
     bench.StayAt(kHalfMotion * step / 20.0);
-    const auto now = static_cast<Nanoseconds>(std::llround(bench.seconds() * kNanosecondsPerSecond));
+    const auto now =
+        static_cast<Nanoseconds>(std::llround(bench.seconds() * kNanosecondsPerSecond));
     bench.Step();
     tools.tick = static_cast<std::uint64_t>(step) + 2;
     tools.time_ns = now;

@@ -102,8 +102,7 @@ TEST_P(Tubes, ClampedAtBothEnds) {
   const TubeSection s = tube.section();
   const double length = tube.length;
   const double expected = way / (std::pow(length, 3) / (12 * s.bending) + length / s.across);
-  EXPECT_NEAR(tube.World(Vector3d::UnitY()).dot(gradient.segment<3>(6)), expected,
-              0.02 * expected);
+  EXPECT_NEAR(tube.World(Vector3d::UnitY()).dot(gradient.segment<3>(6)), expected, 0.02 * expected);
 }
 
 // Turned about its axis by an angle: GJ angle / L.
@@ -134,7 +133,8 @@ Eigen::Vector2d ElasticaTip(double a) {
     tip.setZero();
     for (int i = 0; i < kSteps; ++i) {
       // Midpoint rule.
-      const double middle = theta + h / 2 * slope, middle_slope = slope - h / 2 * a * std::cos(theta);
+      const double middle = theta + h / 2 * slope,
+                   middle_slope = slope - h / 2 * a * std::cos(theta);
       tip += h * Eigen::Vector2d(std::cos(middle), std::sin(middle));
       theta += h * middle_slope;
       slope -= h * a * std::cos(middle);
@@ -156,7 +156,10 @@ TEST(Elastica, TheReferenceHasThePublishedTip) {
 TEST(Elastica, LargeDeflectionsAreItsOwn) {
   for (const int segments : {20, 40, 80}) {
     for (const double a : {0.5, 1.0, 2.0, 5.0, 10.0}) {
-      const Tube tube{.name = "thin", .radius = 0.0006, .wall = 0.0002, .segments = segments,
+      const Tube tube{.name = "thin",
+                      .radius = 0.0006,
+                      .wall = 0.0002,
+                      .segments = segments,
                       .turn = Vector3d(-0.4, 0.9, 2.0)};
       const double force = a * tube.section().bending / (tube.length * tube.length);
       Rod rod = tube.Cantilever(Vector3d(0, 0, force));
@@ -233,7 +236,8 @@ TEST(Rod, ForcesAndTangentAreTheEnergysDerivatives) {
       rod.Condense(&gradients[side], &unused);
     }
     const double slope = (energies[1] - energies[0]) / (2 * step);
-    EXPECT_NEAR(moved.gradient[k], slope, 1e-4 * moved.gradient.segment<3>(3 * (k / 3)).norm()) << k;
+    EXPECT_NEAR(moved.gradient[k], slope, 1e-4 * moved.gradient.segment<3>(3 * (k / 3)).norm())
+        << k;
     // A rotation's tangent is symmetric only up to the moments there.
     if (turns) continue;
     const Rod::EndVector column = (gradients[1] - gradients[0]) / (2 * step);

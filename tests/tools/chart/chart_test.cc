@@ -146,9 +146,9 @@ TEST(ComparedTetrahedra, AreThoseOfTheFactsBesideTheTable) {
     EXPECT_GT(mesh.nodes, 1000);
     EXPECT_GT(mesh.error, 0.05);
   }
-  EXPECT_EQ(kinds, (std::set<std::string>{"linear tetrahedra of one size",
-                                          "linear tetrahedra, graded",
-                                          "quadratic tetrahedra, graded"}));
+  EXPECT_EQ(kinds,
+            (std::set<std::string>{"linear tetrahedra of one size", "linear tetrahedra, graded",
+                                   "quadratic tetrahedra, graded"}));
   EXPECT_TRUE(ComparedBeside("missing.csv").empty());
   EXPECT_TRUE(ComparedBeside(kSource / "README.md").empty());
 }
@@ -340,9 +340,9 @@ TEST_F(FlowChart, WritesEveryFormOfTheSamePoints) {
     EXPECT_GE(point["error"].get<double>(), 0);
     EXPECT_TRUE(point["step_us"].is_null() || point["step_us"].get<double>() > 0);
   }
-  EXPECT_EQ(models, (std::set<std::string>{"continuum", "hpdm", "linear_graded",
-                                           "linear_tetrahedra", "mass_spring",
-                                           "quadratic_graded"}));
+  EXPECT_EQ(models,
+            (std::set<std::string>{"continuum", "hpdm", "linear_graded", "linear_tetrahedra",
+                                   "mass_spring", "quadratic_graded"}));
   EXPECT_NE(ReadFile(folder_ / "chart/chart.md").find("| `beam` |"), std::string::npos);
   if (err_.find("no plot") == std::string::npos) {
     EXPECT_EQ(ReadFile(folder_ / "chart/chart.png").substr(1, 3), "PNG");
