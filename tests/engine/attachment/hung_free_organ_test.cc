@@ -24,7 +24,7 @@ constexpr double kDensity = 1060;  // kg/m^3
 constexpr double kShake = 3;       // Hz
 
 // A block under a rigid plate whose lower face is at z = 0.
-struct HungBlock {
+struct FreeBlock {
   double young = 2e5;                           // Pa
   Vector3d sides = Vector3d(0.04, 0.03, 0.03);  // m
   std::array<int, 3> cells = {3, 3, 3};
@@ -72,14 +72,14 @@ const AttachmentOutcome& LayerOf(const OrganBench& bench) {
 
 double Height(const OrganBench& bench) { return bench.organ(1).vertices.col(2).mean(); }
 
-void StartWithGrasper(OrganBench* bench) {
+void StartWithJaws(OrganBench* bench) {
   ToolOptions grasper;
   grasper.geometries[0].can_grasp = true;
   bench->Start({grasper});
 }
 
 // Jaws at the block's lower face, whose shaft comes from below.
-ToolPose FromBelow(const HungBlock& block, double jaw, double down) {
+ToolPose FromBelow(const FreeBlock& block, double jaw, double down) {
   ToolPose tool;
   tool.X_WT.translation() = Vector3d(0, 0, -0.0026 - block.sides.z() - down);
   tool.X_WT.linear() = Eigen::AngleAxisd(std::numbers::pi, Vector3d::UnitX()).toRotationMatrix();
@@ -89,7 +89,7 @@ ToolPose FromBelow(const HungBlock& block, double jaw, double down) {
 }
 
 // Tears the block off by jaws that go down by 25 mm, and holds it still there.
-void TearOff(const HungBlock& block, OrganBench* bench) {
+void TearOff(const FreeBlock& block, OrganBench* bench) {
   for (int k = 0; k < 3; ++k) bench->Step(FromBelow(block, 1, -0.0005));
   for (int k = 0; k < 3; ++k) bench->Step(FromBelow(block, 0.05, 0));
   for (int k = 0; k < 50; ++k) bench->Step(FromBelow(block, 0.05, 0.0005 * k));
@@ -98,7 +98,7 @@ void TearOff(const HungBlock& block, OrganBench* bench) {
 
 TEST(HungFreeOrgan, HangsStillAndTheLayerBearsItsWholeWeight) {
   for (const double gravity : {0.0, 1.6, kG}) {
-    const HungBlock block{.gravity = gravity};
+    const FreeBlock block{.gravity = gravity};
     OrganBench bench;
     block.AddTo(&bench);
     bench.Start();
@@ -112,7 +112,7 @@ TEST(HungFreeOrgan, HangsStillAndTheLayerBearsItsWholeWeight) {
 }
 
 TEST(HungFreeOrgan, RefusesALayerThatTheWeightOverloads) {
-  const HungBlock block{.strength = 300};  // 312 Pa in the mean
+  const FreeBlock block{.strength = 300};  // 312 Pa in the mean
   OrganBench bench;
   block.AddTo(&bench);
   EXPECT_THROW(bench.Start(), InputError);
@@ -122,10 +122,10 @@ TEST(HungFreeOrgan, RefusesALayerThatTheWeightOverloads) {
 TEST(HungFreeOrgan, AHeldPullIsThatOfAnOrganWithoutMass) {
   double pulled[2], force[2];  // along the pull
   for (const bool free : {true, false}) {
-    const HungBlock block{.gravity = 0, .strength = 10000, .toughness = 45, .free = free};
+    const FreeBlock block{.gravity = 0, .strength = 10000, .toughness = 45, .free = free};
     OrganBench bench;
     block.AddTo(&bench);
-    StartWithGrasper(&bench);
+    StartWithJaws(&bench);
     const double from = Height(bench);
     for (int k = 0; k < 3; ++k) bench.Step(FromBelow(block, 1, -0.0005));
     for (int k = 0; k < 3; ++k) bench.Step(FromBelow(block, 0.05, 0));
@@ -140,10 +140,10 @@ TEST(HungFreeOrgan, AHeldPullIsThatOfAnOrganWithoutMass) {
 }
 
 TEST(HungFreeOrgan, HasItsWeightOnceItIsTornOff) {
-  const HungBlock block;
+  const FreeBlock block;
   OrganBench bench;
   block.AddTo(&bench);
-  StartWithGrasper(&bench);
+  StartWithJaws(&bench);
   TearOff(block, &bench);
   ASSERT_NEAR(LayerOf(bench).freed_area, block.sides.x() * block.sides.y(), 1e-5);
   EXPECT_NEAR(bench.ToolForce(1).z(), block.Weight(), 0.01 * block.Weight());
@@ -159,7 +159,7 @@ double Fall(double drag, double v, double t) {
 // A layer that just bears the weight, under a plate that shakes by 30 mm.
 TEST(HungFreeOrgan, FallsAsABodyWithDragFromAPlateThatShakesItOff) {
   for (const double drag : {0.0, 1.0, 5.0}) {
-    const HungBlock block{
+    const FreeBlock block{
         .drag = drag, .strength = 420, .toughness = 0.2, .plate_motion_W = Vector3d(0, 0, 0.03)};
     OrganBench bench;
     block.AddTo(&bench);
@@ -192,10 +192,10 @@ TEST(HungFreeOrgan, FallsAsABodyWithDragFromAPlateThatShakesItOff) {
 }
 
 TEST(HungFreeOrgan, TouchesWhatItHungOnOnceItIsTornOff) {
-  HungBlock block{.gravity = 0, .friction = 0.1};
+  FreeBlock block{.gravity = 0, .friction = 0.1};
   OrganBench bench;
   block.AddTo(&bench);
-  StartWithGrasper(&bench);
+  StartWithJaws(&bench);
   TearOff(block, &bench);
   ASSERT_NEAR(LayerOf(bench).freed_area, block.sides.x() * block.sides.y(), 1e-5);
   EXPECT_EQ(bench.PairForce(1), Vector3d::Zero());
@@ -206,10 +206,10 @@ TEST(HungFreeOrgan, TouchesWhatItHungOnOnceItIsTornOff) {
 }
 
 TEST(HungFreeOrgan, ACopyTearsAndFallsToTheLastBit) {
-  const HungBlock block;
+  const FreeBlock block;
   OrganBench bench;
   block.AddTo(&bench);
-  StartWithGrasper(&bench);
+  StartWithJaws(&bench);
   ToolState tools;
   tools.tool_count = 1;
   TripleBuffer<ToolState> edge;
@@ -236,10 +236,10 @@ TEST(HungFreeOrgan, ACopyTearsAndFallsToTheLastBit) {
 
 TEST(HungFreeOrgan, AStepThatLetsGoAllocatesNothing) {
   if (!kCountsAllocations) GTEST_SKIP() << "the sanitizer's allocator";
-  const HungBlock block{.friction = 0.1};
+  const FreeBlock block{.friction = 0.1};
   OrganBench bench;
   block.AddTo(&bench);
-  StartWithGrasper(&bench);
+  StartWithJaws(&bench);
   for (int k = 0; k < 3; ++k) bench.Step(FromBelow(block, 1, -0.0005));
   for (int k = 0; k < 3; ++k) bench.Step(FromBelow(block, 0.05, 0));
   const long before = AllocationsOfThisThread();

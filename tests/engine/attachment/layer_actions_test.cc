@@ -68,7 +68,7 @@ ToolPose InGap(double x, double y) {
   return tool;
 }
 
-const AttachmentOutcome& OutcomeOf(const OrganBench& bench) {
+const AttachmentOutcome& ActedOutcome(const OrganBench& bench) {
   return bench.loop().links()[0].outcomes()[0];
 }
 
@@ -109,8 +109,8 @@ TEST_P(Burning, TakesTheAreaThatTheHeatVaporises) {
   tool.pedal = false;
   bench.Step(tool);
   EXPECT_EQ(Damaged(bench), burnt);
-  EXPECT_LE(OutcomeOf(bench).burnt_area, burnt);
-  EXPECT_EQ(OutcomeOf(bench).burnt_area, OutcomeOf(bench).freed_area) << "nothing tore";
+  EXPECT_LE(ActedOutcome(bench).burnt_area, burnt);
+  EXPECT_EQ(ActedOutcome(bench).burnt_area, ActedOutcome(bench).freed_area) << "nothing tore";
 }
 
 // A sample is burnt if its disc comes within a millimetre of the tip; whole samples are.
@@ -192,13 +192,13 @@ TEST_P(Cutting, TakesTheTriangleBetweenTheBlades) {
   bench.Step(tool);
   const double height = 4 * 0.004 - 0.0045;  // from the pivot to the edge
   const double area = height * height * std::tan(c.jaw * scissors.geometries[0].opening);
-  EXPECT_NEAR(OutcomeOf(bench).cut_area, area, 0.2 * area) << "whole samples";
-  EXPECT_EQ(OutcomeOf(bench).cut_area, OutcomeOf(bench).freed_area);
-  EXPECT_EQ(OutcomeOf(bench).burnt_area, 0);
-  const double cut = OutcomeOf(bench).cut_area;
+  EXPECT_NEAR(ActedOutcome(bench).cut_area, area, 0.2 * area) << "whole samples";
+  EXPECT_EQ(ActedOutcome(bench).cut_area, ActedOutcome(bench).freed_area);
+  EXPECT_EQ(ActedOutcome(bench).burnt_area, 0);
+  const double cut = ActedOutcome(bench).cut_area;
   tool.X_WT.translation().x() += 0.003;
   bench.Step(tool);
-  EXPECT_EQ(OutcomeOf(bench).cut_area, cut) << "closed blades do not cut";
+  EXPECT_EQ(ActedOutcome(bench).cut_area, cut) << "closed blades do not cut";
 }
 
 // What was burnt does not take part in the tearing: its work is the toughness times the rest.
@@ -216,12 +216,12 @@ TEST(LayerActions, ABurntShareNeedsNoWorkToTear) {
   for (int step = 0; step < 2; ++step) bench.Step(tool);
   const double burnt = Damaged(bench);
   ASSERT_GT(burnt, 3e-7);
-  ASSERT_EQ(OutcomeOf(bench).freed_area, 0) << "in part";
+  ASSERT_EQ(ActedOutcome(bench).freed_area, 0) << "in part";
   for (int step = 12; step <= 240; ++step) {
     bench.StayAt(step / 240.0);
     bench.Step();
   }
-  const AttachmentOutcome& layer = OutcomeOf(bench);
+  const AttachmentOutcome& layer = ActedOutcome(bench);
   EXPECT_NEAR(layer.freed_area, bed.Area(), 1e-9);
   EXPECT_NEAR(layer.burnt_area, burnt, 1e-12);
   EXPECT_NEAR(layer.dissipated, bed.Layer().toughness * (bed.Area() - burnt), 1e-9);
@@ -235,10 +235,10 @@ TEST(LayerActions, BurningASleepingOrganIsSeenInItsLayer) {
   bench.Start({With(ToolAction::kBurn)});
   ToolPose tool = InGap(0, 0);
   for (int step = 0; step < 3; ++step) bench.Step(tool);
-  EXPECT_EQ(OutcomeOf(bench).freed_area, 0);
+  EXPECT_EQ(ActedOutcome(bench).freed_area, 0);
   tool.pedal = true;
   for (int step = 0; step < 30; ++step) bench.Step(tool);
-  EXPECT_GT(OutcomeOf(bench).freed_area, 0) << "the step solved for sleeping organs";
+  EXPECT_GT(ActedOutcome(bench).freed_area, 0) << "the step solved for sleeping organs";
 }
 
 TEST(LayerActions, StepsThatBurnAllocateNothing) {
