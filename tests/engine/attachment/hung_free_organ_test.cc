@@ -33,7 +33,7 @@ struct FreeBlock {
   double strength = 1500;  // Pa
   double toughness = 2;    // J/m^2
   bool free = true;
-  std::optional<double> friction;  // of a contact of the two
+  std::optional<double> friction = std::nullopt;  // of a contact of the two
   Vector3d plate_motion_W = Vector3d::Zero();
 
   double Weight() const { return kDensity * sides.prod() * gravity; }
