@@ -3,10 +3,10 @@
 namespace hpdm {
 namespace {
 
-const std::string kTwoOrgans = kOrgan + "[[organ]]\nname='bag'\nmesh='m.obj'\n";
+const std::string kOrgansOfDuct = kOrgan + "[[organ]]\nname='bag'\nmesh='m.obj'\n";
 
 TEST_F(SceneTest, ADuctHasTheValuesOfItsKeys) {
-  const Scene scene = Load(kTwoOrgans +
+  const Scene scene = Load(kOrgansOfDuct +
                            "[[duct]]\nname='cystic duct'\nlabel='clip'\na='bag'\nb='liver'\n"
                            "path=[[1,2,3],[4,5,6],[7,8,9]]\nradius=0.003\nwall=0.001\n"
                            "young=19000\n");
@@ -23,7 +23,7 @@ TEST_F(SceneTest, ADuctHasTheValuesOfItsKeys) {
 }
 
 TEST_F(SceneTest, TheWorldHoldsAnEndWithoutAnOrgan) {
-  const Scene scene = Load(kTwoOrgans +
+  const Scene scene = Load(kOrgansOfDuct +
                            "[[duct]]\nname='artery'\nb='bag'\npath=[[1,2,3],[4,5,6]]\n"
                            "radius=0.001\nwall=0.0003\nyoung=1\n");
   EXPECT_EQ(scene.ducts.at(0).a, "");
