@@ -62,9 +62,9 @@ class FlakyDevice : public Device {
 };
 
 /// Runs a session on one thread. Each step ends some ticks after it begins, as on its own thread.
-class SessionRecorder {
+class RecordingBench {
  public:
-  explicit SessionRecorder(const Recording& recording)
+  explicit RecordingBench(const Recording& recording)
       : recording_(recording),
         random_(recording.busy_seed),
         session_(LoadScene(recording.scene)),
@@ -156,6 +156,6 @@ class SessionRecorder {
 };
 
 /// Runs a session of simulated hands on one thread and writes its log.
-inline void Record(const Recording& recording) { SessionRecorder(recording).Run(); }
+inline void Record(const Recording& recording) { RecordingBench(recording).Run(); }
 
 }  // namespace hpdm
