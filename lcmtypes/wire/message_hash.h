@@ -26,9 +26,8 @@ struct FormerType {
   std::uint64_t hash = 0;  ///< Former hash.
 };
 
-/// Version 0.1's types that have the same bytes today. Its contact_t and force_t have not.
-inline constexpr FormerType kFormerTypes[] = {{"tool_t", 0x8347b939b5770597},
-                                              {"organ_t", 0xb5e787d510edf669}};
+/// Version 0.1's type that has the same bytes today. Its contact_t, force_t and tool_t have not.
+inline constexpr FormerType kFormerTypes[] = {{"organ_t", 0xb5e787d510edf669}};
 
 /// True if a message of at least kHashBytes bytes begins with a former hash of the type `name`.
 inline bool HasFormerHash(std::span<const std::uint8_t> bytes, std::string_view name) {

@@ -113,7 +113,7 @@ toughness = 1
 
 [[duct]]
 name = "a"
-a = "a"
+a = "d"
 path = [[0, 0, 0], [0, 0, 1]]
 radius = 0.01
 wall = 0.001
@@ -125,6 +125,7 @@ strip = [[[0, 0, 0], [0, 0, 1]], [[1, 0, 0], [1, 0, 1]]]
 
 [[instrument]]
 name = "a"
+type = "grasper"
 trocar = [0, 0, 0]
 mesh = "a.obj"
 [instrument.jaws]

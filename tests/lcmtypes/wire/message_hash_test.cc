@@ -43,15 +43,8 @@ void ExpectReadWithFormerHash(const Message& sent, std::uint64_t former) {
   EXPECT_FALSE(DecodeMessage(whole, &force)) << "the hash is of another type";
 }
 
-// The hashes are those that lcm-gen 1.3.1 gave to the types of version 0.1.
-TEST(MessageHash, MessagesOfVersion01AreRead) {
-  Random random(5);
-  tool_t tool{};
-  HapticSample sample = random.Tick(2);
-  sample.tools[1].instrument_index = 3;
-  ToMessage(sample, &tool);
-  ExpectReadWithFormerHash(tool, 0x8347b939b5770597);
-
+// The hash is the one that lcm-gen 1.3.1 gave to the type of version 0.1.
+TEST(MessageHash, ShapesOfVersion01AreRead) {
   OrganSnapshot shape;
   shape.control_displacements = Points::Random(4, 3);
   shape.indentation_count = 1;
