@@ -154,6 +154,16 @@ TEST_F(SceneTest, ReadmeDefaultsAreTheLoadersDefaults) {
   EXPECT_EQ(Dump(Load(lumen + defaults("organ.lumen"))), Dump(Load(lumen)));
   const std::string layer = kOrgan + "[[organ.layer]]\nstiffness = 20\n";
   EXPECT_EQ(Dump(Load(layer + defaults("organ.layer"))), Dump(Load(layer)));
+  const std::string step = "[[exercise.step]]\nname = 'a'\nforce = 1\n";
+  const std::string error = "[[exercise.error]]\nkind = 'force'\n";
+  const ExerciseOptions plain = *Load(kOrgan + "[exercise]\n" + step + error).exercise;
+  const ExerciseOptions given =
+      *Load(kOrgan + "[exercise]\n" + defaults("exercise") + step + defaults("exercise.step") +
+            error + defaults("exercise.error"))
+           .exercise;
+  EXPECT_EQ(given.time_limit, plain.time_limit);
+  EXPECT_EQ(given.steps[0].time, plain.steps[0].time);
+  EXPECT_EQ(given.errors[0].points, plain.errors[0].points);
   const std::string contact =
       "[[organ]]\nname='second'\nmesh='m.obj'\n[[contact]]\na='liver'\nb='second'\n";
   written += contact + defaults("contact");
