@@ -167,7 +167,7 @@ TEST_F(McapExportTest, NumbersAndTextsKeepEveryDigitAndByteThatJsonHas) {
   const McapFile file = File();
   EXPECT_EQ(file.messages[0].data,
             R"({"sequence":9223372036854775807,"time_ns":-9223372036854775808,"instrument":0,)"
-            R"("joints":[0.1,-0,5e-324,"NaN","-Infinity"],"valid":true})");
+            R"("joints":[0.1,-0,5e-324,"NaN","-Infinity"],"valid":true,"pedal":false})");
   EXPECT_EQ(file.messages[0].sequence, 0xFFFFFFFFu) << "the low 32 bits";
   EXPECT_EQ(file.messages[0].publish_time, 7000u) << "there is no time before 0";
   EXPECT_EQ(Json::parse(file.messages[1].data)["text"],

@@ -104,7 +104,9 @@ TEST(ReportJson, AnExerciseIsJudgedByTheLogAsItWasInTheSession) {
   EXPECT_EQ(json["errors"][0]["organ"], "gallbladder");
   EXPECT_EQ(json["errors"][0]["force_N"], 3.1);
   EXPECT_EQ(json["errors"][0]["place_m"][2], 0.03);
-  EXPECT_FALSE(ToJson(MadeSession().Finish().report).contains("exercise"));
+  MadeSession without;
+  without.Press(33, 1, 1);
+  EXPECT_FALSE(ToJson(without.Finish().report).contains("exercise"));
 }
 
 }  // namespace
