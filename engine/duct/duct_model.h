@@ -51,7 +51,7 @@ struct EndMotion {
 };
 /// `rest`: the end's frame at rest; `turn`: its rotation in the last step, which stays if the tissue is
 /// inverted. Allocates nothing.
-EndMotion EndMotionOf(const Rod::Frame& rest, double length,
-                      const Eigen::Matrix<double, 12, 1>& w, const Matrix3d& turn);
+EndMotion EndMotionOf(const Rod::Frame& rest, double length, const Eigen::Matrix<double, 12, 1>& w,
+                      const Matrix3d& turn);
 
 }  // namespace hpdm

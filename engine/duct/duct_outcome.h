@@ -25,7 +25,7 @@ struct DuctOutcome {
 /// A duct after a step, to be drawn.
 struct DuctSnapshot {
   int nodes = 0;
-  std::array<Eigen::Vector3f, kMaxDuctNodes> nodes_W;   ///< m.
+  std::array<Eigen::Vector3f, kMaxDuctNodes> nodes_W;  ///< m.
   std::array<SegmentState, kMaxDuctNodes> segments{};  ///< That after each node.
 };
 

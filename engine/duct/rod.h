@@ -95,9 +95,9 @@ class Rod {
   struct Station {  // a node and the segment after it
     Vector3d rest_W, x_W;
     Matrix3d rest_R_W, R_W;
-    double length = 0;       // of the segment at rest, m
-    double bend_length = 0;  // about the node, m
-    double arc = 0;          // m
+    double length = 0;                      // of the segment at rest, m
+    double bend_length = 0;                 // about the node, m
+    double arc = 0;                         // m
     Vector3d rest_bend = Vector3d::Zero();  // 2 tan(angle / 2) axis at the node
     double stiffer = 1;
     bool gap = false;  // the segment does not exist

@@ -10,7 +10,7 @@
 
 namespace hpdm {
 
-/// What instruments do to ducts, once a step, where the last step left them.
+/// Applies the instruments to ducts, once a step, where the last step left them.
 ///
 /// 1. Jaws that close (kJawGrasps) act on the duct that crosses the plane y = 0 of the tool frame between
 ///    them, the crossing nearest to the middle of the jaws.

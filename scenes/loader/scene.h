@@ -45,7 +45,7 @@ struct Scene {
   TimingOptions timing;
   std::vector<OrganOptions> organs;  ///< 1 to kMaxOrgans, names unique.
   std::vector<AttachmentOptions> attachments;
-  std::vector<DuctOptions> ducts;  ///< Names unique.
+  std::vector<DuctOptions> ducts;              ///< Names unique.
   std::vector<InstrumentOptions> instruments;  ///< 0 to kMaxInstruments, names unique.
   std::vector<LoadOptions> loads;
   std::optional<ExerciseOptions> exercise;

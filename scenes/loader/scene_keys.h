@@ -22,8 +22,8 @@ inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
     "a",         "b",        "box",       "box_fraction", "sphere",     "young",
     "thickness", "strength", "toughness", "reach",        "burn_energy"};
-inline constexpr std::string_view kDuctKeys[] = {"name",   "label", "a",    "b",
-                                                 "path",   "radius", "wall", "young"};
+inline constexpr std::string_view kDuctKeys[] = {"name", "label",  "a",    "b",
+                                                 "path", "radius", "wall", "young"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {"basis",

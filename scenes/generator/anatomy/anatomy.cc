@@ -129,7 +129,7 @@ std::vector<Vector3d> CysticDuctWay(AnatomyVariant variant, Variation* variation
   return {Point(24.5, -42, -16.5), Point(25 + bow, -48, -23), Point(25.5 + bow, -54, -30)};
 }
 
-/// Where the cystic duct joins the common duct, m, world: near its middle line.
+/// Returns a point near the common duct's middle line at which the cystic duct joins it, m, world.
 Vector3d Union(AnatomyVariant variant) {
   switch (variant) {
     case AnatomyVariant::kShortDuct:
