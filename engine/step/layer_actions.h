@@ -11,7 +11,8 @@
 
 namespace hpdm {
 
-/// Applies the instruments to the layers of attachments, once a step, where the last step left the organs.
+/// Applies the instruments to the layers of attachments, once a step, where the last step left
+/// the organs.
 /// A sample of a bed is taken as fibres between its points on the two organs, over its area A.
 ///
 /// 1. A hook whose pedal is pressed heats the samples whose fibres pass within kHeatReach of its tip.
