@@ -3,12 +3,12 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <numeric>
 #include <string>
 #include <utility>
 
 #include "engine/base/check.h"
 #include "engine/base/error.h"
+#include "engine/mesh/mesh_edges.h"
 
 namespace hpdm {
 namespace {
@@ -249,34 +249,32 @@ std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(
     std::vector<AttachmentBed> beds,
     const std::vector<std::array<AttachmentJoint::Organ, 2>>& organs,
     std::vector<std::shared_ptr<const DuctModel>> ducts) {
-  std::vector<std::size_t> group(organs.size());
-  std::iota(group.begin(), group.end(), std::size_t{0});
-  for (bool changed = true; changed;) {
-    changed = false;
-    for (std::size_t l = 0; l < organs.size(); ++l) {
-      for (std::size_t k = 0; k < l; ++k) {
-        const auto shares = [&](const AttachmentJoint::Organ& organ) {
-          return organ.index >= 0 &&
-                 (organ.index == organs[k][0].index || organ.index == organs[k][1].index);
-        };
-        if (group[l] == group[k] || !(shares(organs[l][0]) || shares(organs[l][1]))) continue;
-        group[l] = group[k] = std::min(group[l], group[k]);
-        changed = true;
-      }
+  DisjointSets groups(static_cast<int>(organs.size()));
+  for (std::size_t l = 0; l < organs.size(); ++l) {
+    for (std::size_t k = 0; k < l; ++k) {
+      const auto shares = [&](const AttachmentJoint::Organ& organ) {
+        return organ.index >= 0 &&
+               (organ.index == organs[k][0].index || organ.index == organs[k][1].index);
+      };
+      if (!shares(organs[l][0]) && !shares(organs[l][1])) continue;
+      groups.Merge(static_cast<int>(k), static_cast<int>(l));
     }
   }
+  const auto in_group = [&groups](std::size_t l, std::size_t g) {
+    return groups.Find(static_cast<int>(l)) == static_cast<int>(g);
+  };
   std::vector<std::shared_ptr<const AttachmentJoint>> joints;
   for (std::size_t g = 0; g < organs.size(); ++g) {
     std::vector<AttachmentBed> own;
     std::vector<std::shared_ptr<const DuctModel>> own_ducts;
     std::vector<std::array<AttachmentJoint::Organ, 2>> pairs;
     for (std::size_t l = 0; l < beds.size(); ++l) {
-      if (group[l] != g) continue;
+      if (!in_group(l, g)) continue;
       own.push_back(std::move(beds[l]));
       pairs.push_back(organs[l]);
     }
     for (std::size_t d = 0; d < ducts.size(); ++d) {
-      if (group[beds.size() + d] != g) continue;
+      if (!in_group(beds.size() + d, g)) continue;
       own_ducts.push_back(std::move(ducts[d]));
       pairs.push_back(organs[beds.size() + d]);
     }
