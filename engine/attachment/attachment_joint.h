@@ -18,7 +18,8 @@ namespace hpdm {
 /// stiffness of the layers R = M^T diag(A_i k_i) M in these modes the organs respond by
 ///     H - H Phi^T (1 + R G)^-1 R Phi H,     H = K^-1 of all organs,   G = Phi H Phi^T.
 /// Damage changes R alone. A duct acts on the rows of its ends (DuctModel::Hold): these are further
-/// modes, behind those of all layers, and its stiffness is a block of R. Modes are Phi's rows times the three axes: mode 3 j + d moves along d.
+/// modes, behind those of all layers, and its stiffness is a block of R. Modes are Phi's rows times
+/// the three axes: mode 3 j + d moves along d.
 ///
 /// Local functions follow the lattice (schur_complement.h): a layer acts on U + Y V.
 /// Built at set-up; any thread may read it.
@@ -37,7 +38,7 @@ class AttachmentJoint {
     const LatticeCompliance* compliance = nullptr;
     /// Its weight on the control points, n x 3, N; nullptr: layers bear none of it.
     const Points* weight_W = nullptr;
-    /// Of an organ that moves as a whole; else nullptr.
+    /// The mass of an organ that moves as a whole; else nullptr.
     const FreeBody* body = nullptr;
     double yield = 0;  ///< s^2: FreeFlight::Yield() of such an organ.
   };

@@ -77,8 +77,8 @@ class AttachmentLink final : public BodyLink {
   AttachmentState::FewColumns few_;  // 3r rows, scratch
   std::vector<char> let_go_;         // of each member
   bool same_ = true;                 // no side has friction: its force is along its axis
-  Eigen::VectorXd
-      apart_;  // 3r: the modes' displacements without forces, by offsets and free motion
+  // 3r: the modes' displacements without forces, by offsets and free motion.
+  Eigen::VectorXd apart_;
   Eigen::VectorXd offset_;  // 3r: G^-1 times them
   Eigen::VectorXd free_;    // 3r: those displacements with the layers
   Eigen::VectorXd w_, q_;   // 3r: of the last solution

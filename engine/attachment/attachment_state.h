@@ -16,7 +16,7 @@ namespace hpdm {
 /// A sample's damage has two parts. Pulling damages it by the cohesive law, to the torn share t.
 /// Instruments remove a share r of its area, by burning or cutting; the rest follows the law:
 ///     d = t + r (1 - t).
-/// Of a freed sample the share r counts as burnt or cut, and 1 - r as torn.
+/// A freed sample counts as burnt or cut with the share r, and as torn with 1 - r.
 ///
 /// Under gravity the shape at rest is that under the organs' weight W. Supports and layers bear it as
 /// they would if it came upon them unstressed: a layer's samples then have the displacements

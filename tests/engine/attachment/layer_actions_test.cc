@@ -201,7 +201,7 @@ TEST_P(Cutting, TakesTheTriangleBetweenTheBlades) {
   EXPECT_EQ(ActedOutcome(bench).cut_area, cut) << "closed blades do not cut";
 }
 
-// What was burnt does not take part in the tearing: its work is the toughness times the rest.
+// Burnt area takes no part in the tearing: the work is the toughness times the rest.
 TEST(LayerActions, ABurntShareNeedsNoWorkToTear) {
   const Bed bed{.motion_W = Vector3d(0, 0, 0.012)};
   OrganBench bench;
