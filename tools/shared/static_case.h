@@ -35,8 +35,8 @@ struct ComparedTetrahedra {
   double compliance_ratio = 0;  ///< Compliance divided by the reference's.
 };
 
-/// Reads the results of tetrahedra from the facts (NAME.json) beside a reference table NAME.csv; none
-/// if there is no such file or it is not one.
+/// Reads the results of tetrahedra from the facts (NAME.json) beside a reference table NAME.csv.
+/// Returns none if that file is missing or holds no facts.
 std::vector<ComparedTetrahedra> ComparedBeside(const std::filesystem::path& table);
 
 /// Returns "linear tetrahedra of one size", "quadratic tetrahedra, graded" and the like.

@@ -251,24 +251,27 @@ class NativeSession {
   }
   void Exchange(std::size_t instrument, int held) {
     const OneCaller caller(&busy_, kWhat);
-    const Scene& scene = session().model().scene();
-    if (instrument >= scene.instruments.size()) FailIndex("there is no such instrument");
-    const int count = scene.instruments[instrument].HeldCount();
+    const InstrumentOptions& hand = Hand(instrument);
+    const int count = hand.HeldCount();
     if (held < 0 || held >= count) {
-      FailIndex("instrument " + std::to_string(held) + " of hand \"" +
-                scene.instruments[instrument].name + "\": it has " + std::to_string(count));
+      FailIndex("instrument " + std::to_string(held) + " of hand \"" + hand.name + "\": it has " +
+                std::to_string(count));
     }
     session().Exchange(instrument, held);
   }
   void Press(std::size_t instrument, bool pressed) {
     const OneCaller caller(&busy_, kWhat);
-    if (instrument >= session().model().scene().instruments.size()) {
-      FailIndex("there is no such instrument");
-    }
+    Hand(instrument);
     session().Press(instrument, pressed);
   }
 
  private:
+  // Returns the hand of an instrument's number. Refuses one that the scene has not.
+  const InstrumentOptions& Hand(std::size_t instrument) {
+    const Scene& scene = session().model().scene();
+    if (instrument >= scene.instruments.size()) FailIndex("there is no such instrument");
+    return scene.instruments[instrument];
+  }
   // Ends the record, if there is one. Throws MachineError if its log is not complete.
   void StopRecorder(SessionData* data) {
     if (recorder_ == nullptr) return;
