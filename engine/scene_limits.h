@@ -3,7 +3,7 @@
 /// Largest numbers of what a scene has. Values that the threads exchange have room for them.
 namespace hpdm {
 
-inline constexpr int kMaxInstruments = 2;
+inline constexpr int kMaxInstruments = 4;
 inline constexpr int kMaxOrgans = 64;
 inline constexpr int kMaxAttachments = 8;
 inline constexpr int kMaxDucts = 8;

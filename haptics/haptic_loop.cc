@@ -218,12 +218,9 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
                           .from_trocar = tool.sample.joints[kInsertion],
                           .tip_part = tool.Geometry().JawsLength()});
   }
-  static_assert(kMaxInstruments == 2);
-  if (tools_.size() == 2) {
-    TipContacts::Solve(&tools_[0].contacts, &tools_[1].contacts);
-  } else {
-    for (Tool& tool : tools_) TipContacts::Solve(&tool.contacts);
-  }
+  std::array<TipContacts*, kMaxInstruments> contacts;
+  for (std::size_t t = 0; t < tools_.size(); ++t) contacts[t] = &tools_[t].contacts;
+  TipContacts::Solve(std::span(contacts).first(tools_.size()));
 }
 
 // Returns the friction in the trocar as a force at the tip. The columns of J are orthogonal, so a

@@ -75,15 +75,9 @@ void TipContacts::JoinTips() {
   }
 }
 
-void TipContacts::Solve(TipContacts* tip) noexcept {
-  FindForces(tip, nullptr);
-  tip->Finish();
-}
-
-void TipContacts::Solve(TipContacts* a, TipContacts* c) noexcept {
-  FindForces(a, c);
-  a->Finish();
-  c->Finish();
+void TipContacts::Solve(std::span<TipContacts* const> tools) noexcept {
+  FindForces(tools);
+  for (TipContacts* const tool : tools) tool->Finish();
 }
 
 namespace {
@@ -176,11 +170,11 @@ class CoupledContacts {
 }  // namespace
 
 // Finds the forces of all contacts: of two tips on one organ together, of more and of shafts in rounds.
-void TipContacts::FindForces(TipContacts* a, TipContacts* c) {
+void TipContacts::FindForces(std::span<TipContacts* const> tools) {
   CoupledContacts coupled;
   for (const bool shafts : {false, true}) {
-    for (TipContacts* const tool : {a, c}) {
-      for (std::size_t p = 0; tool != nullptr && p < tool->places_.size(); ++p) {
+    for (TipContacts* const tool : tools) {
+      for (std::size_t p = 0; p < tool->places_.size(); ++p) {
         HapticContact& contact = tool->places_[p];
         if ((p >= kMaxPlaces) != shafts) continue;
         if (contact.InLattice()) {

@@ -28,9 +28,10 @@ class TipContacts {
   /// Finds the contacts. The shaft's part ends above what the tip pressed in the last tick.
   void Locate(const TipPose& tip) noexcept;
 
-  /// Computes the forces of one located tool, or of the two tools of a session.
-  static void Solve(TipContacts* tip) noexcept;
-  static void Solve(TipContacts* a, TipContacts* c) noexcept;
+  /// Computes the forces of all tools of a session, which are located; at most kMaxInstruments.
+  static void Solve(std::span<TipContacts* const> tools) noexcept;
+  /// The same for one tool.
+  static void Solve(TipContacts* tool) noexcept { Solve(std::span(&tool, 1)); }
 
   /// The sums of the reactions, of the walls' parts of them and of their energies. `p_tip_organ_W` is
   /// relative to the organ of the wall that stores most. The other fields are those of the contact
@@ -48,7 +49,7 @@ class TipContacts {
   std::array<TickContactPoint, kToolPlaces> contact_points() const noexcept;
 
  private:
-  static void FindForces(TipContacts* a, TipContacts* c);
+  static void FindForces(std::span<TipContacts* const> tools);
   void JoinTips();
   std::span<HapticContact> Tips() { return std::span(places_).first<kMaxPlaces>(); }
   void Finish();

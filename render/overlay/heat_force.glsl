@@ -1,6 +1,6 @@
 uniform int spot_count;
-uniform vec4 spots[2];    // position, radius
-uniform float forces[2];  // over the full scale
+uniform vec4 spots[MAX_SPOTS];    // position, radius
+uniform float forces[MAX_SPOTS];  // over the full scale
 void main() {
   float sum = 0.0, weights = 0.0, kernel = 0.0;
   for (int i = 0; i < spot_count; ++i) {

@@ -9,15 +9,11 @@
 #include "render/shader_sources.h"
 
 namespace hpdm {
-namespace {
-
-static_assert(kMaxInstruments == 2, "spots and forces in the shader");
-
-}  // namespace
-
 HeatRenderer::HeatRenderer()
     : force_("force overlay", {glsl::kFrame, glsl::kOrganVertex},
-             {glsl::kFrame, ColourMapGlsl().c_str(), glsl::kHeatPaint, glsl::kHeatForce}),
+             {glsl::kFrame, ColourMapGlsl().c_str(), glsl::kHeatPaint,
+              ("#define MAX_SPOTS " + std::to_string(kMaxInstruments) + "\n").c_str(),
+              glsl::kHeatForce}),
       vertex_heat_("error overlay", {glsl::kFrame, glsl::kOrganVertex},
                    {glsl::kFrame, ColourMapGlsl().c_str(), glsl::kHeatPaint, glsl::kHeatValues}),
       bar_("colour bar", {glsl::kFrame, glsl::kBarVertex},

@@ -127,14 +127,22 @@ std::vector<StatusLine> AlarmLines(const Status& status, const StatusNames& name
 // Puts each tool's text on the side of the picture from which its shaft comes.
 std::array<bool, kMaxInstruments> SidesOf(const Status& status, const StatusNames& names) {
   std::array<bool, kMaxInstruments> on_right = StatusText().on_right;
-  static_assert(kMaxInstruments == 2);
-  const auto to_right = [&](std::size_t tool) {
-    return (status.X_WC.inverse() * names.trocars_W[tool]).x();
-  };
-  if (names.trocars_W.size() == 1) on_right = {to_right(0) > 0, to_right(0) <= 0};
-  if (names.trocars_W.size() == 2) {
-    on_right[0] = to_right(0) > to_right(1);
-    on_right[1] = !on_right[0];
+  const std::size_t count = names.trocars_W.size();
+  std::array<double, kMaxInstruments> to_right{};
+  for (std::size_t t = 0; t < count; ++t) {
+    to_right[t] = (status.X_WC.inverse() * names.trocars_W[t]).x();
+  }
+  if (count == 1) {
+    on_right[0] = to_right[0] > 0;
+    return on_right;
+  }
+  // The half that comes from farther right.
+  for (std::size_t t = 0; t < count; ++t) {
+    std::size_t farther_left = 0;
+    for (std::size_t other = 0; other < count; ++other) {
+      farther_left += to_right[other] < to_right[t] || (to_right[other] == to_right[t] && other < t);
+    }
+    on_right[t] = 2 * farther_left >= count;
   }
   return on_right;
 }
@@ -238,7 +246,7 @@ std::vector<StatusLine> Keys() {
       key("mouse, wheel", "move the tip, push it in and out"),
       key("left button, j", "close the jaws"),
       key("right button, q e", "roll"),
-      key("Tab, 1 2", "the other instrument"),
+      key("Tab, 1 to 4", "another instrument; what the last one holds stays held"),
       key("x", "exchange it"),
       key("d", "pedal: the hook burns while held"),
       {"Second hand, or a gamepad", Tone::kGood},

@@ -171,9 +171,11 @@ std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, in
   const int margin = page.Margin();
   page.AddBlock(text.loops, false, margin);
   page.AddBlock(text.state, true, margin);
-  for (int tool = 0; tool < kMaxInstruments; ++tool) {
-    page.AddBlock(text.tools[tool], text.on_right[tool],
-                  height - margin - page.BlockHeight(text.tools[tool]));
+  std::array<int, 2> bottoms{height - margin, height - margin};  // left and right
+  for (std::size_t tool = 0; tool < text.tools.size(); ++tool) {
+    int& bottom = bottoms[text.on_right[tool] ? 1 : 0];
+    bottom -= page.BlockHeight(text.tools[tool]);
+    page.AddBlock(text.tools[tool], text.on_right[tool], bottom);
   }
   page.AddAlarms(text.alarms);
   page.AddGuidance(text.guidance);

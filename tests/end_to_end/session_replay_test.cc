@@ -46,6 +46,37 @@ TEST_F(Flow, ReplayOfASessionFolderIsTheSameBitForBitInBothClocks) {
   EXPECT_NE(other.err.find("not a log of"), std::string::npos) << other.err;
 }
 
+// The scene of two hands with two more, which press the liver beside the first two.
+TEST_F(Flow, FourHandsAreCheckedReplayedAndReported) {
+  std::string scene = ReadFile(kScenes / "two_hands.toml");
+  for (std::size_t at = 0; (at = scene.find("\"meshes/", at)) != scene.npos;) {
+    scene.insert(at + 1, kScenes.string() + "/");
+  }
+  scene.erase(scene.find("texture"),
+              scene.find('\n', scene.find("texture")) - scene.find("texture"));
+  for (const auto& [name, place] : {std::pair{"second probe", "[0.045, -0.02, 0.05]"},
+                                    {"assistant", "[-0.005, -0.045, 0.05]"}}) {
+    scene += "\n[[instrument]]\nname = \"" + std::string(name) +
+             "\"\ntype = \"probe\"\ntrocar = [0.02, -0.15, 0.20]\n  [instrument.hand]\n"
+             "  script = \"press\"\n  organ = \"liver\"\n  target = " +
+             place + "\n  depth = 0.012\n";
+  }
+  std::ofstream(folder_ / "scene.toml") << scene;
+  const Outcome run = Hpdm("run " + Folder("scene.toml") +
+                           " --clock lockstep --seconds 3 --fps 0 --out " + Folder("s"));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_EQ(Hpdm("log check " + Folder("s")).exit_code, 0);
+  const Outcome replay = Hpdm("replay --json --tolerance 0 " + Folder("s"));
+  ASSERT_EQ(replay.exit_code, 0) << replay.err;
+  const Json replayed = Json::parse(replay.out);
+  EXPECT_EQ(replayed["result"], "identical");
+  ASSERT_EQ(replayed["forces"].size(), 4);
+  for (const Json& force : replayed["forces"]) EXPECT_GT(force["logged_peak_N"], 0.1);
+  const Outcome report = Hpdm("report --json --out " + Folder("report.html") + " " + Folder("s"));
+  ASSERT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_EQ(Json::parse(report.out)["hands"].size(), 4);
+}
+
 TEST_F(Flow, ReplayPlaysARecordedMotionInBothClocks) {
   std::ofstream motion(folder_ / "motion.csv");
   motion << "t,px,py,pz\n";

@@ -118,6 +118,8 @@ void TrainerInput::Press(int key) {
       break;
     case '1':
     case '2':
+    case '3':
+    case '4':
       Activate(key - '1');
       break;
     case 'j':

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -10,16 +11,21 @@
 
 namespace hpdm {
 
-/// Deformation loop and tip contacts of two tools, without threads or devices: the felt force of
-/// given poses.
+/// Deformation loop and tip contacts of two tools or more, without threads or devices: the felt force
+/// of given poses. A call gives the poses of all tools, or of the first two.
 class FeltBench {
  public:
-  explicit FeltBench(std::vector<OrganModel> models, const ToolOptions& tool = {})
+  explicit FeltBench(std::vector<OrganModel> models, const ToolOptions& tool = {},
+                     std::size_t tools = 2)
       : models_(std::move(models)),
         tool_(tool),
-        loop_(models_, {tool, tool}, {tools_, patch_, render_, telemetry_}) {}
-  FeltBench(const OrganOptions& options, const SurfaceMesh& rest, const ToolOptions& tool = {})
-      : FeltBench(OneOrgan(options, rest), tool) {}
+        render_(SizedSnapshot(models_, static_cast<int>(tools), true)),
+        telemetry_(SizedSnapshot(models_, static_cast<int>(tools), false)),
+        loop_(models_, std::vector(tools, tool), {tools_, patch_, render_, telemetry_}),
+        contacts_(tools) {}
+  FeltBench(const OrganOptions& options, const SurfaceMesh& rest, const ToolOptions& tool = {},
+            std::size_t tools = 2)
+      : FeltBench(OneOrgan(options, rest), tool, tools) {}
 
   double friction = 0;
   bool feels_shaft = false;
@@ -34,12 +40,14 @@ class FeltBench {
   static ToolPose Away() { return At(Vector3d(1, 1, 1)); }
 
   // A step, and its patch in the hand's contacts.
-  void Step(const ToolPose& a, const ToolPose& c = Away()) {
+  void Step(const ToolPose& a, const ToolPose& c = Away()) { Step(std::array{a, c}); }
+  void Step(std::span<const ToolPose> poses) {
     time_ns_ += 33'000'000;
-    Step(State(a, c));
+    Step(State(poses));
   }
   // One tick's forces on the hands.
-  void Tick(const ToolPose& a, const ToolPose& c = Away()) {
+  void Tick(const ToolPose& a, const ToolPose& c = Away()) { Tick(std::array{a, c}); }
+  void Tick(std::span<const ToolPose> poses) {
     const auto motion = [this](const ToolPose& tool) {
       const ToolGeometry& geometry = tool_.geometries[0];
       return TipPose{.time_ns = time_ns_,
@@ -51,9 +59,12 @@ class FeltBench {
                      .from_trocar = (tool.p_trocar_W - tool.X_WT.translation()).norm(),
                      .tip_part = geometry.JawsLength()};
     };
-    contacts_[0].Locate(motion(a));
-    contacts_[1].Locate(motion(c));
-    TipContacts::Solve(&contacts_[0], &contacts_[1]);
+    std::vector<TipContacts*> all;
+    for (std::size_t t = 0; t < poses.size(); ++t) {
+      contacts_[t].Locate(motion(poses[t]));
+      all.push_back(&contacts_[t]);
+    }
+    TipContacts::Solve(all);
   }
   // The next tick of a session in lockstep: a step begins every 33 ticks and is seen 33 later.
   void SessionTick(const ToolPose& a, const ToolPose& c = Away()) {
@@ -61,11 +72,12 @@ class FeltBench {
     const bool begins = tick_++ % 33 == 0;
     if (begins && tick_ > 1) Step(begun_);
     Tick(a, c);
-    if (begins) begun_ = State(a, c);
+    if (begins) begun_ = State(std::array{a, c});
   }
   // Runs ticks until the last patch's force has faded in and the contacts are stationary.
-  void Settle(const ToolPose& a, const ToolPose& c = Away()) {
-    for (int i = 0; i < 250; ++i) Tick(a, c);
+  void Settle(const ToolPose& a, const ToolPose& c = Away()) { Settle(std::array{a, c}); }
+  void Settle(std::span<const ToolPose> poses) {
+    for (int i = 0; i < 250; ++i) Tick(poses);
   }
   Vector3d Hand(int t = 0) const { return contacts_[t].result().reaction_W; }
   const HapticForce& Felt(int t = 0) const { return contacts_[t].result(); }
@@ -97,28 +109,31 @@ class FeltBench {
   }
 
  private:
-  ToolState State(const ToolPose& a, const ToolPose& c) const {
+  ToolState State(std::span<const ToolPose> poses) const {
     ToolState state;
     state.time_ns = time_ns_;
-    state.tool_count = 2;
-    state.tools = {a, c};
-    for (int t = 0; t < 2; ++t) state.contact_points[t] = contacts_[t].contact_points();
+    state.tool_count = static_cast<int>(poses.size());
+    for (std::size_t t = 0; t < poses.size(); ++t) {
+      state.tools[t] = poses[t];
+      state.contact_points[t] = contacts_[t].contact_points();
+    }
     return state;
   }
   void Step(const ToolState& state) {
     loop_.Step(state, state.time_ns);
     patch_.Update();
-    for (int t = 0; t < 2; ++t) contacts_[t].SetPatches(patch_.Front().tools[t]);
+    for (std::size_t t = 0; t < contacts_.size(); ++t) {
+      contacts_[t].SetPatches(patch_.Front().tools[t]);
+    }
   }
 
   std::vector<OrganModel> models_;
   ToolOptions tool_;
   TripleBuffer<ToolState> tools_;
   TripleBuffer<ContactPatch> patch_;
-  TripleBuffer<SceneSnapshot> render_{SizedSnapshot(models_, 2, true)};
-  TripleBuffer<SceneSnapshot> telemetry_{SizedSnapshot(models_, 2, false)};
+  TripleBuffer<SceneSnapshot> render_, telemetry_;
   DeformationLoop loop_;
-  std::array<TipContacts, 2> contacts_;
+  std::vector<TipContacts> contacts_;
   Nanoseconds time_ns_ = 0;
   std::uint64_t tick_ = 0;
   ToolState begun_;

@@ -78,6 +78,28 @@ TEST_P(FeltForce, IsTheStepsOwnIfTheToolsHaveNotMoved) {
   EXPECT_GT(bench_.Hand(1).z(), 0.1);
 }
 
+// The hands push each other's tissue aside: the forces of three and four tips on one organ.
+TEST_P(FeltForce, IsTheStepsOwnForAsManyHandsAsASceneHas) {
+  for (const std::size_t hands : {std::size_t{3}, std::size_t{kMaxInstruments}}) {
+    FeltBench bench(Options(), Ellipsoid(Vector3d(0.1, 0.07, 0.05), 2), Grasper(), hands);
+    std::vector<ToolPose> poses{
+        FeltBench::At({0.02, 0.01, 0.046}), FeltBench::At({-0.012, 0.012, 0.045}),
+        FeltBench::At({0.003, -0.02, 0.043}), FeltBench::At({0.045, -0.015, 0.038})};
+    poses.resize(hands);
+    for (int i = 0; i < 2 * kRounds; ++i) {
+      bench.Step(poses);
+      bench.Settle(poses);
+    }
+    for (std::size_t t = 0; t < hands; ++t) {
+      const int tool = static_cast<int>(t);
+      const Vector3d& force = bench.Patch(tool).force_on_tissue_W;
+      EXPECT_GT(force.norm(), 0.1) << t << " of " << hands;
+      EXPECT_LT((bench.Hand(tool) + force).norm(), 1e-4 * force.norm() + 1e-7)
+          << t << " of " << hands;
+    }
+  }
+}
+
 TEST_P(FeltForce, AGraspBesideAPressFeelsTheStepsOwnForce) {
   const Vector3d top(0, 0, 0.0525);
   const ToolPose press = FeltBench::At({0.03, 0, 0.044});
