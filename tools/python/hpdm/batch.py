@@ -75,6 +75,20 @@ class Batch(Closing):
         """Returns the vertices of one session's organ, V x 3, m: a live view."""
         return self._native.vertices(int(index), _index(self.scene.organs, organ, "organ"))
 
+    def exercise(self, index):
+        """The judgement of one session's exercise, as Session.exercise."""
+        return self._native.exercise(int(index))
+
+    def exchange(self, index, instrument, held):
+        """Gives a hand of one session another instrument, as Session.exchange()."""
+        self._native.exchange(
+            int(index), _index(self.scene.instruments, instrument, "instrument"), int(held))
+
+    def press(self, index, instrument, pressed=True):
+        """Presses or releases the pedal of a hand of one session, as Session.press()."""
+        self._native.press(
+            int(index), _index(self.scene.instruments, instrument, "instrument"), bool(pressed))
+
     def time(self, index):
         """Virtual time of one session, s."""
         return self._native.time(int(index))

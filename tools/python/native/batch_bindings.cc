@@ -6,6 +6,7 @@
 #include "tools/python/native/python_session.h"
 #include "tools/python/native/session_arguments.h"
 #include "tools/python/native/session_bindings.h"
+#include "tools/python/native/session_calls.h"
 
 namespace hpdm {
 namespace {
@@ -97,6 +98,22 @@ class NativeBatch {
     return View(data(), const_cast<double*>(vertices.data()), {vertices.rows(), 3},
                 {3 * kReal, kReal}, false);
   }
+  py::object Exercise(int index) const {
+    Require(index);
+    return ExerciseOf(data()->at(index).session);
+  }
+  void Exchange(int index, std::size_t hand, int held) {
+    Require(index);
+    BatchData& data = *this->data();
+    const OneCaller caller(&data.busy, kWhat);
+    ExchangeTool(&data.at(index).session, hand, held);
+  }
+  void Press(int index, std::size_t hand, bool pressed) {
+    Require(index);
+    BatchData& data = *this->data();
+    const OneCaller caller(&data.busy, kWhat);
+    PressPedal(&data.at(index).session, hand, pressed);
+  }
   double Time(int index) const {
     Require(index);
     return ToSeconds(data()->at(index).session.time_ns());
@@ -134,6 +151,9 @@ void BindBatches(py::module_* module) {
       .def("commands", &NativeBatch::Commands)
       .def("organ_forces", &NativeBatch::OrganForces)
       .def("vertices", &NativeBatch::Vertices)
+      .def("exercise", &NativeBatch::Exercise)
+      .def("exchange", &NativeBatch::Exchange)
+      .def("press", &NativeBatch::Press)
       .def("time", &NativeBatch::Time)
       .def("threads", [](const NativeBatch& batch) { return batch.data()->threads(); });
 }

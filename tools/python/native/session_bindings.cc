@@ -9,6 +9,7 @@
 #include "tools/python/native/picture_arrays.h"
 #include "tools/python/native/python_session.h"
 #include "tools/python/native/session_arguments.h"
+#include "tools/python/native/session_calls.h"
 #include "tools/session/session_recorder.h"
 
 namespace hpdm {
@@ -183,36 +184,9 @@ class NativeSession {
     }
     return attachments;
   }
-  // None in a scene without an exercise.
   py::object Exercise() {
     const OneCaller caller(&busy_, kWhat);
-    const std::optional<ExerciseEvaluator>& exercise = session().exercise();
-    if (!exercise) return py::none();
-    const ExerciseResult& result = exercise->result();
-    const ExerciseStatus status = exercise->Status();
-    py::list errors;
-    for (const ExerciseError& error : result.errors) {
-      py::dict one;
-      one["name"] = exercise->options().errors[ToSize(error.rule)].name;
-      one["time"] = error.time;
-      one["step"] = error.step;
-      one["hand"] = error.hand;
-      one["organ"] = error.organ;
-      one["place"] = Array(3, error.place_W.data());
-      one["force"] = error.force;
-      errors.append(one);
-    }
-    py::dict all;
-    all["step"] = status.step;
-    all["steps"] = exercise->options().steps.size();
-    all["progress"] = status.progress;
-    all["step_times"] = result.step_times;
-    all["errors"] = errors;
-    all["time"] = result.time;
-    all["score"] = result.score;
-    all["ended"] = result.ended;
-    all["passed"] = result.passed;
-    return all;
+    return ExerciseOf(session());
   }
   // M x 3, m: the middles of a bed's samples between the two organs now.
   Points PlacesOf(const AttachmentJoint& joint, std::size_t layer) const {
@@ -251,27 +225,14 @@ class NativeSession {
   }
   void Exchange(std::size_t instrument, int held) {
     const OneCaller caller(&busy_, kWhat);
-    const InstrumentOptions& hand = Hand(instrument);
-    const int count = hand.HeldCount();
-    if (held < 0 || held >= count) {
-      FailIndex("instrument " + std::to_string(held) + " of hand \"" + hand.name + "\": it has " +
-                std::to_string(count));
-    }
-    session().Exchange(instrument, held);
+    ExchangeTool(&session(), instrument, held);
   }
   void Press(std::size_t instrument, bool pressed) {
     const OneCaller caller(&busy_, kWhat);
-    Hand(instrument);
-    session().Press(instrument, pressed);
+    PressPedal(&session(), instrument, pressed);
   }
 
  private:
-  // Returns the hand of an instrument's number. Refuses one that the scene has not.
-  const InstrumentOptions& Hand(std::size_t instrument) {
-    const Scene& scene = session().model().scene();
-    if (instrument >= scene.instruments.size()) FailIndex("there is no such instrument");
-    return scene.instruments[instrument];
-  }
   // Ends the record, if there is one. Throws MachineError if its log is not complete.
   void StopRecorder(SessionData* data) {
     if (recorder_ == nullptr) return;

@@ -12,7 +12,8 @@ terminated, truncated, info). The tests check this contract; gymnasium's own che
 from .env import Env
 from .spaces import Box, Dict
 from .task import Task
-from .tasks import TASKS, GraspLiftTouch, PalpateNodule, Reach, TissueRetraction, TwoHandManipulation
+from .tasks import (TASKS, BedDissection, Exercise, GraspLiftTouch, PalpateNodule, Reach,
+                    TissueRetraction, TwoHandManipulation)
 from .vector import VectorEnv
 
 
@@ -23,5 +24,5 @@ def make(task, **options):
     return Env(TASKS[task], **options)
 
 
-__all__ = ["Box", "Dict", "Env", "GraspLiftTouch", "PalpateNodule", "Reach", "TASKS",
-           "Task", "TissueRetraction", "TwoHandManipulation", "VectorEnv", "make"]
+__all__ = ["BedDissection", "Box", "Dict", "Env", "Exercise", "GraspLiftTouch", "PalpateNodule",
+           "Reach", "TASKS", "Task", "TissueRetraction", "TwoHandManipulation", "VectorEnv", "make"]

@@ -4,6 +4,7 @@ import collections
 
 import numpy as np
 
+from ..scene import Scene, scene_path
 from ..session import Session
 
 FORCE_LIMIT = 3.0   # N: above it a hand is rough
@@ -31,6 +32,17 @@ class Slot:
         if self._index is None:
             return self._source.organs[organ].vertices
         return self._source.vertices(self._index, organ)
+
+    def exercise(self):
+        """The judgement of the scene's exercise, as Session.exercise."""
+        if self._index is None:
+            return self._source.exercise
+        return self._source.exercise(self._index)
+
+    def press(self, instrument, pressed):
+        """Presses or releases the pedal of a hand."""
+        index = () if self._index is None else (self._index,)
+        self._source.press(*index, instrument, pressed)
 
     def load(self, state):
         """Continues from a state."""
@@ -78,12 +90,14 @@ class Task:
     """One episode of a task in one session. Subclasses give the scene and the rules.
 
     Class attributes:
+        SCENE: the file among HPDM's scenes.
         organ: the tissue that is handled; its stiffness can be drawn.
         hands: the instruments that act.
         weights: the reward is the sum of weight x term. Terms are per step.
         limit: steps after which an episode is truncated, at 30 a second.
     """
 
+    SCENE = "liver_palpation.toml"
     organ = "liver"
     hands = ("probe",)
     limit = 300
@@ -93,14 +107,14 @@ class Task:
     @classmethod
     def make_scene(cls):
         """Returns the Scene of the task."""
-        raise NotImplementedError
+        return Scene(scene_path(cls.SCENE))
 
-    _shared = {}  # scene and starts by the function that makes the scene
+    _shared = {}  # scene and starts by the scene's name and the function that makes it
 
     @classmethod
     def shared(cls):
         """Returns the scene and the starts, built once for all environments of the process."""
-        key = cls.make_scene.__func__
+        key = cls.SCENE, cls.make_scene.__func__
         if key not in Task._shared:
             scene = cls.make_scene()
             Task._shared[key] = scene, Starts(scene)
@@ -119,6 +133,9 @@ class Task:
         """Draws the episode's goal. Returns the draws."""
         return {}
 
+    def act_more(self, instrument, values):
+        """Takes what an action has for a hand beyond the first four numbers."""
+
     def extra_state(self):
         """Returns numbers of the task's own for the observation."""
         return self.goal
@@ -129,7 +146,7 @@ class Task:
 
     # --- common ---
 
-    ACTIONS = 4  # of each hand: three velocities and the jaw
+    ACTIONS = 4  # numbers of an action for each hand: three velocities and the jaw come first
     HAND_STATE = 11
 
     def begin(self, rng, starts, options):
@@ -165,6 +182,7 @@ class Task:
             away = self.slot.commands[i, :3] - self.slot.tip[i]
             self.slot.commands[i, :3] = self.slot.tip[i] + np.clip(away, -0.02, 0.02)
             self.slot.commands[i, 4] = np.clip(self.slot.commands[i, 4] + 0.1 * hand[3], 0, 1)
+            self.act_more(i, hand[4:])
 
     def observe(self):
         """Returns the state: of each hand tip, velocity, force, jaw and contact; then the task's."""

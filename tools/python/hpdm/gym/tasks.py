@@ -1,4 +1,4 @@
-"""The five tasks. Names of terms and phases are those of LapGym (ScheiklP/sofa_env, MIT) where they
+"""The tasks. Names of terms and phases are those of LapGym (ScheiklP/sofa_env, MIT) where they
 mean the same. All weights are stated here; those of LapGym are zero until a user sets them."""
 
 import numpy as np
@@ -12,13 +12,10 @@ GENERAL = Task.weights
 class Reach(Task):
     """Bring the tip of the probe within 3 mm of a target in the free space before the liver."""
 
+    SCENE = "liver_palpation.toml"
     limit = 150
     weights = {**GENERAL, "distance_to_target": -10.0, "delta_distance_to_target": -50.0}
     RADIUS = 0.003  # m
-
-    @classmethod
-    def make_scene(cls):
-        return Scene(scene_path("liver_palpation.toml"))
 
     def begin_episode(self, rng, options):
         away = rng.uniform(-0.02, 0.02, 3)
@@ -82,16 +79,13 @@ young = {cls.YOUNG}
 class TissueRetraction(Task):
     """Grasp the liver's edge and lift it to a target. Phases: grasp, retract."""
 
+    SCENE = "two_hands.toml"
     hands = ("grasper",)
     limit = 400
     weights = {**GENERAL, "distance_to_grasping_position": -2.0, "one_time_reward_grasped": 5.0,
                "distance_to_end_position": -5.0, "lost_grasp": -5.0}
     GRASP = (-0.03, -0.01, 0.05)  # m, on the surface
     LIFT = 0.015                  # m
-
-    @classmethod
-    def make_scene(cls):
-        return Scene(scene_path("two_hands.toml"))
 
     def begin_episode(self, rng, options):
         self._grasped = False
@@ -127,6 +121,7 @@ class GraspLiftTouch(Task):
     Phases: grasp, lift, touch. The probe stands for LapGym's cauter.
     """
 
+    SCENE = "abdomen.toml"
     organ = "gallbladder"
     hands = ("grasper", "probe")
     limit = 600
@@ -137,10 +132,6 @@ class GraspLiftTouch(Task):
     LIFT = 0.008                      # m
     TARGET = (0.035, -0.062, 0.045)   # m, the quadrate lobe
     PHASES = ("grasp", "lift", "touch")
-
-    @classmethod
-    def make_scene(cls):
-        return Scene(scene_path("abdomen.toml"))
 
     def begin_episode(self, rng, options):
         self._phase = 0
@@ -183,15 +174,12 @@ class TwoHandManipulation(Task):
     The marks are vertices near the hands' places. Done when both are within 2 mm.
     """
 
+    SCENE = "two_hands.toml"
     hands = ("probe", "grasper")
     limit = 600
     weights = {**GENERAL, "sum_distance_markers_to_target": -20.0, "sum_markers_at_target": 0.1}
     MARKS = ((0.015, -0.005, 0.057), (-0.03, -0.01, 0.05))  # m, at rest
     RADIUS = 0.002                                          # m
-
-    @classmethod
-    def make_scene(cls):
-        return Scene(scene_path("two_hands.toml"))
 
     def __init__(self, slot, scene, weights):
         super().__init__(slot, scene, weights)
@@ -218,5 +206,44 @@ class TwoHandManipulation(Task):
         return terms, bool(at.all())
 
 
-TASKS = {task.__name__: task
-         for task in (Reach, PalpateNodule, TissueRetraction, GraspLiftTouch, TwoHandManipulation)}
+class Exercise(Task):
+    """A scene's own exercise: its steps, errors and end judge the episode (scenes/README.md).
+
+    An action has a fifth number for each hand: its pedal is pressed above 0. The state has the number
+    of steps done and how far the present one is. A subclass names the scene and the hands.
+    """
+
+    ACTIONS = 5
+    weights = {**GENERAL, "progress": 5.0, "error_points": -0.2}
+
+    def begin_episode(self, rng, options):
+        for instrument in self.hands:
+            self.slot.press(instrument, False)
+        self._last = self.slot.exercise()
+        return {}
+
+    def act_more(self, instrument, values):
+        self.slot.press(self.scene.instruments[instrument], bool(values[0] > 0))
+
+    def extra_state(self):
+        return [float(self._last["step"]), self._last["progress"]]
+
+    def judge(self):
+        last, now = self._last, self.slot.exercise()
+        self._last = now
+        terms = {"progress": (now["step"] + now["progress"]) - (last["step"] + last["progress"]),
+                 "error_points": sum(error["points"] for error in now["errors"][len(last["errors"]):])}
+        return terms, now["passed"]
+
+
+class BedDissection(Exercise):
+    """Lift the gallbladder off the liver with the grasper and burn the bed with the hook."""
+
+    SCENE = "bed_dissection.toml"
+    organ = "gallbladder"
+    hands = ("grasper", "hook")
+    limit = 9000  # the scene's 300 s
+
+
+TASKS = {task.__name__: task for task in (Reach, PalpateNodule, TissueRetraction, GraspLiftTouch,
+                                          TwoHandManipulation, BedDissection)}
