@@ -5,7 +5,7 @@ import unittest
 import numpy as np
 
 import hpdm.gym
-from hpdm.gym import TASKS, Env, Reach, VectorEnv
+from hpdm.gym import TASKS, BedDissection, Env, Reach, VectorEnv
 
 
 def run(env, seed, steps, options=None):
@@ -126,6 +126,25 @@ class GymTest(unittest.TestCase):
                     alone, _ = env.reset()
                 self.assertEqual(alone.tobytes(), observations[i].tobytes())
             self.assertEqual(bool(truncated.any()), step == 3)
+
+    def test_an_exercise_counts_what_its_scene_calls_an_error(self):
+        env, vector = hpdm.gym.make("BedDissection"), VectorEnv(BedDissection, 2, threads=2)
+        env.reset(seed=1)
+        vector.reset(seed=1)
+        burns = np.zeros(env.action_space.shape, np.float32).reshape(2, -1)
+        burns[:, -1] = -1
+        burns[1, -1] = 1  # the hook's pedal, in the air: 2 points after half a second
+        points, rewards = [], []
+        for _ in range(24):
+            *_, rewards_of, _, _, info = vector.step([burns.ravel(), -np.abs(burns.ravel())])
+            _, reward, _, _, own = env.step(burns.ravel())
+            self.assertEqual(reward, rewards_of[0])
+            points.append(own["terms"]["error_points"])
+            rewards.append(rewards_of[1] - rewards_of[0])
+        self.assertEqual(sum(points), 2)
+        self.assertEqual(points[:14], [0] * 14)
+        self.assertAlmostEqual(sum(rewards), 0.2 * 2)
+        self.assertIn("stray", env.session.exercise["errors"][0]["name"])
 
 
 if __name__ == "__main__":
