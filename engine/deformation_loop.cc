@@ -143,6 +143,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   ChooseQuality();
   Collide(tools);
   sample_.layer_work = layer_actions_.Apply(tools, dt, organs_, joint_relaxation_.links());
+  AddSmoke(tools);
   Deform(dt);
   BuildContactPatch(tools);
   record_.compute_ns = stopwatch_ ? stopwatch_() - started : 0;
@@ -210,6 +211,17 @@ void DeformationLoop::Collide(const ToolState& tools) {
     }
   }
   if (!organ_contacts_.AddRows(&organs_)) record_.flags |= kStepContactsDropped;
+}
+
+// Adds smoke where an energised hook heats a layer, or touched an organ in the last step.
+void DeformationLoop::AddSmoke(const ToolState& tools) {
+  for (std::size_t t = 0; t < ToSize(tools.tool_count); ++t) {
+    const ToolPose& pose = tools.tools[t];
+    const bool heats =
+        sample_.layer_work[t].burning > 0 || sample_.contacts[t].kind != ContactKind::kNone;
+    if (!heats || !layer_actions_.IsEnergised(t, pose)) continue;
+    smoke_.Add({.p_W = pose.X_WT.translation(), .time_ns = record_.time_ns});
+  }
 }
 
 // Places the local functions where the tips are, or are about to be.
@@ -363,6 +375,7 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->tools = tools.tools;
   scene->contacts = sample_.contacts;
   scene->beside = sample_.beside;
+  scene->smoke = smoke_;
   for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].FillSnapshot(&scene->organs[o]);
   for (const AttachmentLink& link : links()) {
     for (const DuctState& duct : link.state().ducts()) {
@@ -371,8 +384,9 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
     }
     if (scene->damage.empty()) continue;
     for (std::size_t l = 0; l < link.joint().layers().size(); ++l) {
-      std::ranges::copy(link.state().DamageOf(l),
-                        scene->damage[ToSize(link.joint().layers()[l].bed.index)].begin());
+      const std::size_t index = ToSize(link.joint().layers()[l].bed.index);
+      std::ranges::copy(link.state().DamageOf(l), scene->damage[index].begin());
+      std::ranges::copy(link.state().BurntOf(l), scene->burnt[index].begin());
     }
   }
 }
@@ -382,6 +396,7 @@ SceneSnapshot SizedSnapshot(const std::vector<OrganModel>& organs, int tool_coun
                             std::span<const DuctModel> ducts) {
   SceneSnapshot scene;
   for (const AttachmentBed& bed : beds) scene.damage.emplace_back(ToSize(bed.size()), 0.0f);
+  scene.burnt = scene.damage;
   for (const DuctModel& duct : ducts) {
     scene.ducts.emplace_back(SnapshotOf(duct.rod));
   }

@@ -92,6 +92,7 @@ class DeformationLoop {
   void Deform(double dt);
   void LetGo();
   void BuildContactPatch(const ToolState& tools);
+  void AddSmoke(const ToolState& tools);
   void ObserveLoad();
   void FillSample(const ToolState& tools);
   void FillTensions();
@@ -110,6 +111,7 @@ class DeformationLoop {
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;
+  Smoke smoke_;
   ToolState tools_;  // last step's tools, all finite
   StepRecord record_;
   StepSample sample_;

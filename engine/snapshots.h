@@ -9,6 +9,7 @@
 #include "engine/contact_patch.h"
 #include "engine/duct/duct_outcome.h"
 #include "engine/scene_limits.h"
+#include "engine/step/smoke.h"
 
 /// Values that the threads exchange. The types of this file cross exactly these edges:
 ///
@@ -167,6 +168,8 @@ struct SceneSnapshot {
   /// Damage 0..1 of each sample of each attachment's bed, in the scene's order. Empty on the
   /// telemetry edge.
   std::vector<std::vector<float>> damage;
+  std::vector<std::vector<float>> burnt;  ///< The same: share 0..1 of each sample that is burnt.
+  Smoke smoke;
   std::vector<DuctSnapshot> ducts;  ///< In the scene's order. Empty on the telemetry edge.
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.

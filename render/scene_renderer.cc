@@ -45,6 +45,7 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   if (ducts_) ducts_->Draw(occlusion_ ? &*occlusion_ : nullptr);
   cavity_.Draw(scope);
   if (attachments_) attachments_->Draw(snapshot, scope);
+  smoke_.Draw(snapshot, scope);
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
 }
 

@@ -15,6 +15,7 @@
 #include "render/tissue/duct_renderer.h"
 #include "render/tissue/occlusion.h"
 #include "render/tissue/organ_renderer.h"
+#include "render/tissue/smoke_renderer.h"
 
 namespace hpdm {
 
@@ -56,6 +57,7 @@ class SceneRenderer {
   std::optional<AttachmentRenderer> attachments_;
   std::optional<DuctRenderer> ducts_;
   CavityRenderer cavity_;
+  SmokeRenderer smoke_;
   std::optional<Occlusion> occlusion_;
   CircleMask mask_;
   OverlayRenderer overlays_;

@@ -71,6 +71,10 @@ std::span<const double> AttachmentState::DamageOf(std::size_t layer) const {
   return damage().subspan(Number(layer, 0), ToSize(joint_->layers()[layer].bed.size()));
 }
 
+std::span<const double> AttachmentState::BurntOf(std::size_t layer) const {
+  return std::span(burnt_).subspan(Number(layer, 0), ToSize(joint_->layers()[layer].bed.size()));
+}
+
 std::size_t AttachmentState::Number(std::size_t layer, int sample) const {
   std::size_t first = 0;
   for (std::size_t l = 0; l < layer; ++l) first += ToSize(joint_->layers()[l].bed.size());

@@ -32,6 +32,8 @@ class AttachmentState {
   std::span<const double> damage() const { return damage_; }
   /// Damage of each sample of one layer.
   std::span<const double> DamageOf(std::size_t layer) const;
+  /// Burnt share of each sample of one layer.
+  std::span<const double> BurntOf(std::size_t layer) const;
 
   /// True if nothing of the layer is left: it is torn, burnt or cut.
   bool IsTorn(std::size_t layer) const;

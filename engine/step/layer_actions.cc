@@ -41,7 +41,7 @@ std::array<LayerWork, kMaxInstruments> LayerActions::Apply(const ToolState& tool
     if (pose.instrument_index != tool.instrument_index) tool.widest = 0;
     tool.instrument_index = pose.instrument_index;
     const ToolGeometry& geometry = tool.geometries[ToSize(pose.instrument_index)];
-    if (geometry.action == ToolAction::kBurn && pose.pedal) {
+    if (IsEnergised(ToSize(t), pose)) {
       const double energy = geometry.power * std::min(dt, kLongestStep);
       work[ToSize(t)].burning = Burn(pose, geometry, energy, organs, links);
     }
@@ -55,6 +55,11 @@ std::array<LayerWork, kMaxInstruments> LayerActions::Apply(const ToolState& tool
     }
   }
   return work;
+}
+
+bool LayerActions::IsEnergised(std::size_t tool, const ToolPose& pose) const {
+  const ToolGeometry& geometry = tools_[tool].geometries[ToSize(pose.instrument_index)];
+  return geometry.action == ToolAction::kBurn && pose.pedal;
 }
 
 // Lists in reached_ the samples that hold and whose distance_of(Fibres) is not infinite, the nearest

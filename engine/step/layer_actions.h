@@ -35,6 +35,8 @@ class LayerActions {
   std::array<LayerWork, kMaxInstruments> Apply(const ToolState& tools, double dt,
                                                const std::vector<OrganStep>& organs,
                                                std::span<AttachmentLink> links);
+  /// True if the tool is a hook whose pedal is pressed.
+  bool IsEnergised(std::size_t tool, const ToolPose& pose) const;
 
  private:
   struct Tool {

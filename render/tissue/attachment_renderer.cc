@@ -17,9 +17,10 @@ constexpr float kRawFrom = 0.5f;
 constexpr double kBedReach = 1.0;
 const Colour kFibreColour(0.88f, 0.74f, 0.66f);
 
-float RawnessOf(float damage) {
+// Returns 0 for whole tissue up to 1 for raw, and from there on up to 2 for charred.
+float RawnessOf(float damage, float burnt) {
   const float x = std::clamp((damage - kRawFrom) / (1 - kRawFrom), 0.0f, 1.0f);
-  return x * x * (3 - 2 * x);
+  return x * x * (3 - 2 * x) + (damage >= 1 ? burnt : 0);
 }
 
 std::vector<int> NearestSamples(const AttachmentBed& bed, std::size_t side,
@@ -46,6 +47,7 @@ AttachmentRenderer::AttachmentRenderer(std::vector<AttachmentVisual> attachments
     Layer& layer = layers_.emplace_back();
     layer.visual = visual;
     layer.damage.assign(ToSize(bed.size()), 0);
+    layer.burnt = layer.damage;
     samples += layer.damage.size();
     for (std::size_t side = 0; side < 2; ++side) {
       const auto organ = ToSize(visual.organs[side]);
@@ -71,9 +73,10 @@ AttachmentRenderer::AttachmentRenderer(std::vector<AttachmentVisual> attachments
 void AttachmentRenderer::Move(const SceneSnapshot& snapshot, OrganRenderer* organs) {
   bool changed = false;
   for (Layer& layer : layers_) {
-    const std::vector<float>& damage = snapshot.damage[ToSize(layer.visual.bed->index)];
-    changed = changed || damage != layer.damage;
-    layer.damage = damage;
+    const std::size_t index = ToSize(layer.visual.bed->index);
+    changed = changed || snapshot.damage[index] != layer.damage;
+    layer.damage = snapshot.damage[index];
+    layer.burnt = snapshot.burnt[index];
   }
   if (!changed) return;
   for (std::vector<float>& raw : raw_) std::ranges::fill(raw, 0.0f);
@@ -81,8 +84,9 @@ void AttachmentRenderer::Move(const SceneSnapshot& snapshot, OrganRenderer* orga
     for (std::size_t side = 0; side < 2; ++side) {
       std::vector<float>& raw = raw_[ToSize(layer.visual.organs[side])];
       for (std::size_t v = 0; v < raw.size(); ++v) {
-        const int sample = layer.nearest[side][v];
-        if (sample >= 0) raw[v] = std::max(raw[v], RawnessOf(layer.damage[ToSize(sample)]));
+        if (layer.nearest[side][v] < 0) continue;
+        const std::size_t sample = ToSize(layer.nearest[side][v]);
+        raw[v] = std::max(raw[v], RawnessOf(layer.damage[sample], layer.burnt[sample]));
       }
     }
   }

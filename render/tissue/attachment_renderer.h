@@ -18,7 +18,7 @@ struct AttachmentVisual {
 };
 
 /// Draws the layers of attachments: fibres where a layer holds and its surfaces have moved apart,
-/// and a raw surface on both organs where it has torn. Render thread only.
+/// and a raw surface on both organs where it has torn, charred where it was burnt. Render thread only.
 class AttachmentRenderer {
  public:
   /// `organs`: those of the attachments, at rest. Throws MachineError if the driver refuses a
@@ -38,13 +38,13 @@ class AttachmentRenderer {
     std::array<Triangles, 2> triangles;           // of the samples' surface points, M x 3
     std::array<std::vector<int>, 2> nearest;      // sample of each vertex, -1: outside the bed
     std::vector<std::array<Vector3d, 2>> across;  // M: two tangents, half a sample long, m
-    std::vector<float> damage;                    // as last shown
+    std::vector<float> damage, burnt;             // as last shown
   };
   Vector3d EndOf(const Layer& layer, std::size_t side, std::size_t sample,
                  const SceneSnapshot& snapshot) const;
 
   std::vector<Layer> layers_;
-  std::vector<std::vector<float>> raw_;  // of each organ's vertices, 0..1; empty without a layer
+  std::vector<std::vector<float>> raw_;  // of each organ's vertices, 0..2; empty without a layer
   MarkRenderer mark_renderer_;
   Marks fibres_;  // scratch
 };

@@ -67,7 +67,8 @@ class MeshRenderer {
 
   /// Sets a value for each vertex (V), input 4 of the vertex shader; 0 before the first call.
   void SetHeat(const std::vector<float>& values) { SetValues(4, values, &heat_buffer_); }
-  /// Sets how raw the surface is at each vertex (V), 0..1, input 5; 0 before the first call.
+  /// Sets how raw the surface is at each vertex (V), input 5: 0 whole, as before the first call, up to
+  /// 1 raw, up to 2 charred.
   void SetRaw(const std::vector<float>& values) { SetValues(5, values, &raw_buffer_); }
 
   /// Sets the mesh's levels (mesh_levels.h) and selects the drawn one. Level 0 is the mesh itself

@@ -16,8 +16,10 @@ void main() {
   vec3 rough = Raised(p_W, n, m, detail.slope);
   vec3 albedo = base_colour * texture(base_texture, uv).rgb * (0.86 + 0.28 * detail.height);
   if (rawness > 0.0) {  // bleeding, in patches
-    float patchy = clamp(rawness * (0.6 + 0.8 * detail.height), 0.0, 1.0);
+    float patchy = clamp(min(rawness, 1.0) * (0.6 + 0.8 * detail.height), 0.0, 1.0);
     albedo = mix(albedo, vec3(0.22, 0.020, 0.016) * (0.7 + 0.6 * detail.height), 0.85 * patchy);
+    float charred = clamp((rawness - 1.0) * (0.7 + 0.6 * detail.height), 0.0, 1.0);
+    albedo = mix(albedo, vec3(0.035, 0.022, 0.014) * (0.5 + detail.height), 0.9 * charred);
   }
   float open = Openness(p_W, n) * (kShadows ? Unshadowed(p_W, n) : 1.0) *
                texture(openness, 0.5 * gl_FragCoord.xy / circle_px.xy).r;

@@ -3,7 +3,7 @@ layout(location = 1) in vec3 normal;
 layout(location = 2) in vec3 offset;
 layout(location = 3) in vec2 texture_coordinate;
 layout(location = 4) in float heat;  // overlays only
-layout(location = 5) in float raw;   // torn surface, 0..1
+layout(location = 5) in float raw;   // torn surface, 0..1, charred up to 2
 out vec3 p_W;
 out vec3 normal_W;
 out vec2 uv;

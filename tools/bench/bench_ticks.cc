@@ -23,6 +23,8 @@
 namespace hpdm {
 namespace {
 
+constexpr int kTools = 2;
+
 constexpr Nanoseconds kPeriod = 1'000'000;
 constexpr int kPoses = 1000;
 constexpr double kFriction = 0.2;
@@ -55,9 +57,9 @@ class FeltScene {
  public:
   FeltScene(const BenchOrgan& organ, int organs)
       : organs_(Organs(organ, organs)),
-        render_(SizedSnapshot(organs_, kMaxInstruments, true)),
-        telemetry_(SizedSnapshot(organs_, kMaxInstruments, false)),
-        deformation_(organs_, std::vector<ToolOptions>(kMaxInstruments),
+        render_(SizedSnapshot(organs_, kTools, true)),
+        telemetry_(SizedSnapshot(organs_, kTools, false)),
+        deformation_(organs_, std::vector<ToolOptions>(kTools),
                      {tool_states_, patches_, render_, telemetry_}),
         haptics_(Instruments(), kPeriod, {tool_states_, patches_, samples_}) {}
 
@@ -88,7 +90,7 @@ class FeltScene {
   void ForgetPresses() { ticks_pressing_ = 0; }
 
  private:
-  static constexpr std::array<double, kMaxInstruments> kSides{-0.04, 0.05};  // m
+  static constexpr std::array<double, kTools> kSides{-0.04, 0.05};  // m
 
   static std::vector<OrganModel> Organs(const BenchOrgan& organ, int organs_each) {
     std::vector<OrganModel> organs;
@@ -113,7 +115,7 @@ class FeltScene {
   std::vector<HapticInstrument> Instruments() {
     std::vector<HapticInstrument> instruments;
     const SurfaceMesh& rest = organs_[0].rest();
-    for (int i = 0; i < kMaxInstruments; ++i) {
+    for (int i = 0; i < kTools; ++i) {
       const SurfacePoint at = FrontPoint(rest, kSides[static_cast<std::size_t>(i)]);
       const Vector3d p_W = at.Position(rest.vertices, rest.triangles);
       const ImpulseEngineKinematics kinematics(p_W + Vector3d(0, 0, 0.15), -Vector3d::UnitZ(),
@@ -284,7 +286,7 @@ std::vector<TickResults> TimeTicks(bool quick) {
     }).join();
     rows.back().organs = organs;
     for (const FeltScene* scene : {&coarse_scene, &fine_scene}) {
-      HPDM_CHECK(scene->presses() >= organs * kMaxInstruments);
+      HPDM_CHECK(scene->presses() >= organs * kTools);
     }
   }
   return rows;

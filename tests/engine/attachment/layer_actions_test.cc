@@ -152,6 +152,31 @@ TEST(LayerActions, HeatReachesAMillimetreAndNoFurther) {
   EXPECT_LT(burnt, layer.size() / 2);
 }
 
+TEST(LayerActions, SmokeRisesWhereAHookHeatsTissueAndNowhereElse) {
+  OrganBench bench;
+  Bed{}.AddTo(&bench);
+  bench.Start({With(ToolAction::kBurn)});
+  ToolPose tool = InGap(0.002, 0.001);
+  const auto puffs = [&] {
+    std::vector<Vector3d> places_W;
+    bench.scene().smoke.ForEach(bench.scene().step.time_ns, [&](const SmokePuff& puff, double age) {
+      EXPECT_LT(age, SmokePuff::kLife);
+      places_W.push_back(puff.p_W);
+    });
+    return places_W;
+  };
+  bench.Step(tool);
+  EXPECT_TRUE(puffs().empty()) << "the pedal is not pressed";
+  tool.pedal = true;
+  for (int step = 0; step < 3; ++step) bench.Step(tool);
+  EXPECT_EQ(puffs(), std::vector<Vector3d>(3, tool.X_WT.translation()));
+  tool.X_WT.translation() += Vector3d(0, 0, 0.1);
+  for (int step = 0; step < 3; ++step) bench.Step(tool);
+  EXPECT_LE(puffs().size(), 4) << "in the air; its last contact is known one step later";
+  for (int step = 0; step < 50; ++step) bench.Step(tool);
+  EXPECT_TRUE(puffs().empty()) << "after its life";
+}
+
 TEST(LayerActions, OtherInstrumentsDoNotBurnOrCut) {
   for (const ToolAction action : {ToolAction::kNone, ToolAction::kClip}) {
     const Bed bed;

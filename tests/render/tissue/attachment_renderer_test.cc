@@ -114,6 +114,49 @@ TEST_F(LiftedBlock, LeavesARawSurfaceAndNoFibreWhereTheLayerIsTorn) {
   EXPECT_GT(torn.darker, 200);
 }
 
+TEST_F(LiftedBlock, IsCharredWhereItWasBurnt) {
+  SetDamage(1);
+  const Image torn = Picture(true);
+  scene_.burnt[0].assign(scene_.burnt[0].size(), 1);
+  const Image burnt = Picture(true);
+  int blacker = 0, redder = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const int change = burnt.At(x, y)[0] - torn.At(x, y)[0];
+      blacker += change < -10;
+      redder += change > 0;
+    }
+  }
+  EXPECT_GT(blacker, 200);
+  EXPECT_EQ(redder, 0);
+}
+
+TEST_F(LiftedBlock, SmokeRisesSpreadsAndIsGone) {
+  const Image clear = Picture(false);
+  scene_.smoke.Add({.p_W = Vector3d(0, 0, 0.035), .time_ns = 1'000'000'000});
+  const auto row_and_count = [&](Nanoseconds time_ns) {
+    scene_.step.time_ns = time_ns;
+    const Image image = Picture(false);
+    double rows = 0;
+    int count = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        if (image.At(x, y)[2] == clear.At(x, y)[2]) continue;
+        rows += y;
+        ++count;
+      }
+    }
+    return std::pair{count > 0 ? rows / count : 0, count};
+  };
+  const auto [first_row, first] = row_and_count(1'100'000'000);
+  const auto [later_row, later] = row_and_count(1'700'000'000);
+  EXPECT_GT(first, 10);
+  EXPECT_GT(later, 2 * first);
+  EXPECT_LT(later_row, first_row) << "the first row is the uppermost";
+  EXPECT_EQ(row_and_count(2'600'000'000).second, 0);
+  EXPECT_EQ(row_and_count(900'000'000).second, 0) << "before it was made";
+}
+
 TEST_F(LiftedBlock, ShowsNothingOfALayerThatIsClosed) {
   scene_.organs[1].offset_W.setZero();
   EXPECT_EQ(Picture(false).rgb, Picture(true).rgb);
