@@ -159,7 +159,9 @@ TEST(LayerActions, SmokeRisesWhereAHookHeatsTissueAndNowhereElse) {
   ToolPose tool = InGap(0.002, 0.001);
   const auto puffs = [&] {
     std::vector<Vector3d> places_W;
-    bench.scene().smoke.ForEach(bench.scene().step.time_ns, [&](const SmokePuff& puff, double age) {
+    bench.render->Update();
+    const SceneSnapshot& scene = bench.render->Front();
+    scene.smoke.ForEach(scene.step.time_ns, [&](const SmokePuff& puff, double age) {
       EXPECT_LT(age, SmokePuff::kLife);
       places_W.push_back(puff.p_W);
     });
