@@ -60,7 +60,7 @@ struct PatchPoint {
   /// kLattice: compliance C of a contact at this vertex without ToolPatch::indentation, m/N,
   /// symmetric positive definite.
   Matrix3d compliance_W = Matrix3d::Zero();
-  Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: compliance to the other tool's tip, m/N.
+  Matrix3d coupling_W = Matrix3d::Zero();  ///< kLattice: compliance to ToolPatch::other, m/N.
   /// kLattice: compliance to the other place of this tip, m/N; only with ToolPatch::beside.
   Matrix3d beside_W = Matrix3d::Zero();
   /// Viscoelastic organ: present position without ToolPatch::series_W times the contact's force, m.
@@ -90,8 +90,9 @@ struct SolvedContact {
   Vector3d p_original_W = Vector3d::Zero();  ///< Released position of x_c: without tools, m.
   Vector3d normal_W = Vector3d::Zero();      ///< Press: the outward unit normal of the contact.
   Matrix3d compliance_W = Matrix3d::Zero();  ///< C, m/N; of a press at its force.
-  Matrix3d coupling_W = Matrix3d::Zero();    ///< C_ac, m/N: displacement of x per force on the
-                                             ///< other tip; zero if that is not on the organ.
+  Matrix3d coupling_W = Matrix3d::Zero();    ///< C_ac, m/N: displacement of x per force on
+                                             ///< another tool's tip, of those on the organ the
+                                             ///< one that presses most; zero without one.
   double kernel_radius = 0;                  ///< R, m; press.
 };
 

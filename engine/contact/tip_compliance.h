@@ -82,7 +82,7 @@ class TipCompliance {
     BranchStrains branches_W = NoBranchStrains();  ///< m, of x.
   };
   const Tip& operator[](int tip) const { return tips_[tip]; }
-  /// Returns the index of the other tool's tip, no shaft, that presses most; -1 if that tool's is not
+  /// Returns the index of another tool's tip, no shaft, that presses most; -1 if no other tool is
   /// on the organ.
   int OtherTip(int tip) const;
   /// Returns the index of the same tool's other tip that presses most; -1: there is none.

@@ -65,7 +65,7 @@ struct CoupledTips {
     other = tips.OtherTip(contact.tip);
     beside = tips.TipBeside(contact.tip);
   }
-  int other = -1;   // the other tool's
+  int other = -1;   // another tool's that presses most
   int beside = -1;  // the tool's own
 };
 
