@@ -39,6 +39,7 @@ TipCompliance::TipCompliance(int n)
       response_(3 * n, 3 * kMaxRows),
       tip_response_(3 * n, 3 * kMaxTips),
       displacement_(Eigen::VectorXd::Zero(3 * n)),
+      row_compliance_(3 * kMaxRows, 3 * kMaxRows),
       compliance_(Small::Zero()) {}
 
 void TipCompliance::Clear() {
@@ -106,7 +107,6 @@ SparseRow TipCompliance::Join(const SparseRow& lattice, const SparseRow& finer,
 }
 
 void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
-  row_compliance_.resize(3 * row_count_, 3 * row_count_);
   for (int i = 0; i < row_count_; ++i) {
     const SparseRow b = Compress(weights_.row(i));
     lattice.RespondInPart(i, b, response_.middleCols<3>(3 * i));
@@ -117,7 +117,7 @@ void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
       row_compliance_.block<3, 3>(3 * j, 3 * i) = C.transpose();
     }
   }
-  lattice.AddOtherPart(row_compliance_);
+  lattice.AddOtherPart(RowCompliance());
   for (int i = 0; i < row_count_; ++i) {
     auto own = row_compliance_.block<3, 3>(3 * i, 3 * i);
     own = ((own + own.transpose()) / 2 + rows_[i].C_loc).eval();
@@ -131,15 +131,16 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
   compliance_.setZero();
   if (row_count_ == tip_count_) {
     share_.setIdentity(3 * row_count_, tips);
-    compliance_.topLeftCorner(tips, tips) = row_compliance_;
+    compliance_.topLeftCorner(tips, tips) = RowCompliance();
   } else {
     // Grasped points that (nearly) coincide share their force, as in ContactSolver.
-    row_compliance_.diagonal().array() += 1e-9 * row_compliance_.diagonal().maxCoeff();
+    auto rows = RowCompliance();
+    rows.diagonal().array() += 1e-9 * rows.diagonal().maxCoeff();
     share_.setZero(3 * row_count_, tips);
     for (int i = 0; i < row_count_; ++i) {
       share_.block<3, 3>(3 * i, 3 * rows_[i].tip).setIdentity();
     }
-    const Eigen::LDLT<Eigen::Ref<Square>> factor(row_compliance_);
+    const Eigen::LDLT<Eigen::Ref<Square>> factor(rows);
     factor.solveInPlace(share_);
     SmallSquare stiffness = SmallSquare::Zero(tips, tips);  // S
     for (int i = 0; i < row_count_; ++i) {

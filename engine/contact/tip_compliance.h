@@ -115,6 +115,7 @@ class TipCompliance {
   };
 
   void FillRowCompliance(const LatticeCompliance& lattice);
+  auto RowCompliance() { return row_compliance_.topLeftCorner(3 * row_count_, 3 * row_count_); }
   int MostPressing(int tip, bool same_tool) const;
 
   int n_;
@@ -129,7 +130,7 @@ class TipCompliance {
   WorkMatrix response_;                   // 3n x 3 rows: K^-1 b_i^T, in part (RespondInPart)
   WorkMatrix tip_response_;               // 3n x 3 tips: the same for the condensed tips
   Eigen::VectorXd displacement_;          // 3n: displacement by the tips' forces
-  Square row_compliance_;                 // C_rows
+  WorkMatrix row_compliance_;             // 3 kMaxRows, square: C_rows in its corner
   Stack share_;       // C_rows^-1 T C: the rows' forces for a unit force on each tip
   Small compliance_;  // C
   Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxRows> forces_;  // of the rows, N
