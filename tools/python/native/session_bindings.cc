@@ -198,6 +198,7 @@ class NativeSession {
       one["step"] = error.step;
       one["hand"] = error.hand;
       one["organ"] = error.organ;
+      one["duct"] = error.duct;
       one["place"] = Array(3, error.place_W.data());
       one["force"] = error.force;
       errors.append(one);
