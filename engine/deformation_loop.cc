@@ -139,7 +139,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.flags = kStepOk;
 
   const ToolState& tools = SanitisedTools(given);
-  duct_actions_.Apply(&tools_, joint_relaxation_.links());
+  sample_.duct_actions = duct_actions_.Apply(&tools_, joint_relaxation_.links());
   ChooseQuality();
   Collide(tools);
   sample_.layer_work = layer_actions_.Apply(tools, dt, organs_, joint_relaxation_.links());

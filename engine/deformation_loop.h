@@ -77,6 +77,8 @@ class DeformationLoop {
 
   /// Record of the last step.
   const StepRecord& record() const { return record_; }
+  /// Returns all that is recorded of the last step.
+  const StepSample& sample() const { return sample_; }
   const OrganState& organ(int i) const { return organs_[i].state(); }
   /// The joints of organs that attachments and ducts connect.
   std::span<const AttachmentLink> links() const { return joint_relaxation_.links(); }

@@ -211,6 +211,7 @@ struct StepSample {
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
   std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
   std::array<LayerWork, kMaxInstruments> layer_work;
+  std::array<DuctAction, kMaxInstruments> duct_actions;  ///< Clips and cuts of the step.
 };
 
 /// Skipped ticks by cause, as counted by RunOnSchedule (loop_schedule.h).

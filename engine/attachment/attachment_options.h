@@ -10,6 +10,7 @@ namespace hpdm {
 /// A layer of connective tissue between the facing surfaces of two organs, which tears for good
 /// (cohesive_law.h).
 struct AttachmentOptions {
+  std::string name = {};       ///< Empty: LabelOf() names the organs.
   std::string a, b;            ///< Names of the organs.
   Region region;               ///< The layer covers the part of a's surface in it that b faces.
   double young = 0;            ///< Pa.
@@ -19,6 +20,11 @@ struct AttachmentOptions {
   double reach = 0;            ///< m: the largest distance of facing points.
   double burn_energy = 1.9e6;  ///< J/m^2: the heat that burns a unit of area away.
 };
+
+/// Returns the attachment's name for people.
+inline std::string LabelOf(const AttachmentOptions& attachment) {
+  return attachment.name.empty() ? attachment.a + " and " + attachment.b : attachment.name;
+}
 
 /// Returns the toughness below which the traction would drop at once, J/m^2.
 inline double LeastToughness(const AttachmentOptions& attachment) {

@@ -17,6 +17,7 @@ struct DuctOptions {
   double radius = 0;  ///< Of the outer surface, m.
   double wall = 0;    ///< Thickness, m.
   double young = 0;   ///< Pa.
+  Vector3d colour = Vector3d(0.66, 0.50, 0.36);  ///< As drawn: red, green and blue, 0..1.
 };
 
 /// True if one of the ducts ends in the organ.

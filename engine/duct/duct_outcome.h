@@ -22,6 +22,27 @@ struct DuctOutcome {
   std::int32_t cuts = 0;
 };
 
+/// Effect of an instrument on a duct when its jaws close.
+enum class DuctActionKind : std::uint8_t {
+  kNone = 0,
+  kClip = 1,      ///< A clip closes the duct.
+  kLostClip = 2,  ///< A clip falls: no duct is between the jaws, or it takes no clip there.
+  kCut = 3
+};
+
+/// Action of one instrument on a duct in one step.
+struct DuctAction {
+  DuctActionKind kind = DuctActionKind::kNone;
+  std::int32_t duct = -1;  ///< Number of the duct in the scene; -1: none.
+  double arc = 0;          ///< m: place along the duct at rest, from its end a.
+  double length = 0;       ///< m: of the duct at rest.
+  double angle = 0;        ///< rad: between the plane of the jaws and the duct's normal plane.
+  /// Share of the lumen's width, flattened between the jaws, that lies within their length.
+  double coverage = 0;
+  Vector3d place_W =
+      Vector3d::Zero();  ///< m: of the duct between the jaws; of a lost clip the tip.
+};
+
 /// A duct after a step, to be drawn.
 struct DuctSnapshot {
   int nodes = 0;

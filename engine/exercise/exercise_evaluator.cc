@@ -6,6 +6,10 @@
 namespace hpdm {
 namespace {
 
+bool Contains(const std::vector<int>& numbers, int number) {
+  return std::ranges::find(numbers, number) != numbers.end();
+}
+
 bool IsOneOf(const std::vector<ExerciseTool>& tools, int hand, int instrument_index) {
   return tools.empty() || std::ranges::any_of(tools, [&](const ExerciseTool& tool) {
            return tool.hand == hand && tool.instrument_index == instrument_index;
@@ -24,6 +28,14 @@ void VisitContacts(const StepSample& sample, int hand, const Visit& visit) {
 
 bool Touches(const SolvedContact& contact) {
   return contact.kind != ContactKind::kNone && contact.force_on_tissue_W.squaredNorm() > 0;
+}
+
+bool Presses(const StepSample& sample, int hand, int organ) {
+  bool presses = false;
+  VisitContacts(sample, hand, [&](const SolvedContact& contact) {
+    presses = presses || (contact.organ == organ && Touches(contact));
+  });
+  return presses;
 }
 
 double LiftOf(const SolvedContact& contact) {
@@ -45,6 +57,7 @@ double TornArea(const StepSample& sample, int attachment) {
 ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
     : options_(std::move(options)),
       watches_(options_.errors.size()),
+      judge_(options_.ducts),
       torn_(options_.errors.size(), 0) {}
 
 void ExerciseEvaluator::Add(const StepSample& sample) {
@@ -55,6 +68,7 @@ void ExerciseEvaluator::Add(const StepSample& sample) {
   last_ns_ = sample.step.time_ns;
   result_.time = ToSeconds(sample.step.time_ns - start_ns_);
   FindErrors(sample, dt);
+  for (int t = 0; t < sample.tool_count; ++t) JudgeAction(sample, t);
   AdvanceStep(sample);
   last_contacts_ = sample.contacts;
   if (result_.time >= options_.time_limit) {
@@ -78,15 +92,26 @@ void ExerciseEvaluator::AdvanceStep(const StepSample& sample) {
   }
   const double lasted = holding_ ? result_.time - held_ : 0;
   progress_ = step.time > 0 ? std::min(1.0, lasted / step.time) : 0;
-  if (!holds && step.frees) {
-    const auto& layer = sample.attachments[static_cast<std::size_t>(*step.frees)];
-    progress_ = std::clamp(layer.freed_area / step.freed_area, 0.0, 1.0);
-  }
+  if (!holds) progress_ = ProgressOf(step, sample);
   if (!holds || lasted < step.time) return;
   result_.step_times.push_back(result_.time);
   holding_ = false;
   progress_ = 0;
   result_.passed = result_.ended = result_.step_times.size() == options_.steps.size();
+}
+
+// Returns how far a step is whose conditions do not hold yet.
+double ExerciseEvaluator::ProgressOf(const ExerciseStepOptions& step,
+                                     const StepSample& sample) const {
+  if (step.frees) {
+    const auto& layer = sample.attachments[static_cast<std::size_t>(*step.frees)];
+    return std::clamp(layer.freed_area / step.freed_area, 0.0, 1.0);
+  }
+  double progress = step.clips.empty() ? 0 : 1;
+  for (const int duct : step.clips) {
+    progress = std::min(progress, static_cast<double>(judge_.GoodClips(duct)) / step.clip_count);
+  }
+  return progress;
 }
 
 bool ExerciseEvaluator::Holds(const ExerciseStepOptions& step, const StepSample& sample) const {
@@ -96,13 +121,15 @@ bool ExerciseEvaluator::Holds(const ExerciseStepOptions& step, const StepSample&
     VisitContacts(sample, t, [&](const SolvedContact& contact) {
       const double force = contact.force_on_tissue_W.norm();
       gentle = gentle && !(step.force && force > *step.force);
+      const bool in_place = !step.at_W || (contact.contact_W - *step.at_W).norm() <= step.within;
       if (contact.kind == ContactKind::kGrasp) {
         released = released && !(step.releases && contact.organ == *step.releases);
-        holds = holds || (contact.organ == step.holds->organ &&
-                          IsOneOf(step.holds->with, t, held) && LiftOf(contact) >= step.lift);
+        holds =
+            holds || (contact.organ == step.holds->organ && IsOneOf(step.holds->with, t, held) &&
+                      LiftOf(contact) >= step.lift && (step.touches || in_place));
       } else if (step.touches && contact.organ == step.touches->organ && Touches(contact) &&
                  IsOneOf(step.touches->with, t, held)) {
-        touches = touches || !step.at_W || (contact.contact_W - *step.at_W).norm() <= step.within;
+        touches = touches || in_place;
       }
     });
   }
@@ -110,7 +137,10 @@ bool ExerciseEvaluator::Holds(const ExerciseStepOptions& step, const StepSample&
       !step.frees ||
       (*step.frees < sample.attachment_count &&
        sample.attachments[static_cast<std::size_t>(*step.frees)].freed_area >= step.freed_area);
-  return holds && touches && released && gentle && freed;
+  const bool clipped = std::ranges::all_of(
+      step.clips, [&](int duct) { return judge_.GoodClips(duct) >= step.clip_count; });
+  const bool cut = std::ranges::all_of(step.cuts, [&](int duct) { return judge_.IsCutWell(duct); });
+  return holds && touches && released && gentle && freed && clipped && cut;
 }
 
 void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
@@ -132,8 +162,77 @@ void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
       case ExerciseErrorKind::kInverted:
         FindInversion(sample, rule);
         break;
+      case ExerciseErrorKind::kBadClip:
+      case ExerciseErrorKind::kWrongClip:
+      case ExerciseErrorKind::kLostClip:
+      case ExerciseErrorKind::kEarlyClip:
+      case ExerciseErrorKind::kEarlyCut:
+      case ExerciseErrorKind::kBadCut:
+        break;  // JudgeAction()
     }
   }
+}
+
+// Judges a hand's clip or cut, and keeps it.
+void ExerciseEvaluator::JudgeAction(const StepSample& sample, int hand) {
+  const DuctAction& action = sample.duct_actions[static_cast<std::size_t>(hand)];
+  if (action.kind == DuctActionKind::kNone) return;
+  const bool clip = action.kind == DuctActionKind::kClip;
+  const bool good = clip && judge_.IsGood(action, ClipAngleOf(action.duct));
+  const bool lost = action.kind == DuctActionKind::kLostClip;
+  // A clip that falls as its applier presses an organ is one on a wrong organ if a rule names that.
+  const auto is_wrong_organ = [&](const ExerciseErrorOptions& error) {
+    return lost && error.kind == ExerciseErrorKind::kWrongClip && error.organ >= 0 &&
+           Presses(sample, hand, error.organ);
+  };
+  const bool on_wrong_organ = std::ranges::any_of(options_.errors, is_wrong_organ);
+  const DuctJudge earlier = judge_;
+  judge_.Keep(action, good);
+  for (std::size_t rule = 0; rule < options_.errors.size(); ++rule) {
+    const ExerciseErrorOptions& error = options_.errors[rule];
+    const bool is_meant = error.ducts.empty() || Contains(error.ducts, action.duct);
+    const bool early = static_cast<int>(result_.step_times.size()) <= error.before;
+    bool is_error = false;
+    switch (error.kind) {
+      case ExerciseErrorKind::kBadClip:
+        is_error = clip && is_meant && !earlier.IsGood(action, error.limit);
+        break;
+      case ExerciseErrorKind::kWrongClip:
+        is_error = (clip && !is_meant) || is_wrong_organ(error);
+        break;
+      case ExerciseErrorKind::kLostClip:
+        is_error = lost && !on_wrong_organ;
+        break;
+      case ExerciseErrorKind::kEarlyClip:
+        is_error = clip && is_meant && early;
+        break;
+      case ExerciseErrorKind::kEarlyCut:
+        is_error = action.kind == DuctActionKind::kCut && is_meant && early;
+        break;
+      case ExerciseErrorKind::kBadCut:
+        is_error =
+            action.kind == DuctActionKind::kCut && is_meant && !judge_.IsCutWell(action.duct);
+        break;
+      default:
+        break;
+    }
+    if (!is_error) continue;
+    const SolvedContact& contact = sample.contacts[static_cast<std::size_t>(hand)];
+    AddError(rule, hand, contact.organ, action.place_W, contact.force_on_tissue_W.norm(),
+             action.duct < std::ssize(options_.ducts) ? action.duct : -1);
+  }
+}
+
+// Returns the largest angle of a good clip on a duct, rad: the least of its rules.
+double ExerciseEvaluator::ClipAngleOf(int duct) const {
+  std::optional<double> least;
+  for (const ExerciseErrorOptions& error : options_.errors) {
+    if (error.kind != ExerciseErrorKind::kBadClip) continue;
+    if (error.ducts.empty() || Contains(error.ducts, duct)) {
+      least = std::min(least.value_or(error.limit), error.limit);
+    }
+  }
+  return least.value_or(kClipAngle);
 }
 
 void ExerciseEvaluator::FindForce(const StepSample& sample, std::size_t rule) {
@@ -233,11 +332,11 @@ void ExerciseEvaluator::FindInversion(const StepSample& sample, std::size_t rule
 }
 
 bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W,
-                                 double force) {
+                                 double force, int duct) {
   if (result_.errors.size() >= kMaxErrors) return false;
   result_.errors.push_back({static_cast<int>(rule), result_.time,
                             static_cast<int>(result_.step_times.size()), hand, organ, place_W,
-                            force});
+                            force, duct});
   points_ += options_.errors[rule].points;
   return true;
 }

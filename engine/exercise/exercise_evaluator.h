@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "engine/exercise/duct_judge.h"
 #include "engine/exercise/exercise_options.h"
 #include "engine/snapshots.h"
 
@@ -18,6 +19,7 @@ struct ExerciseError {
   int organ = -1;                       ///< -1: none.
   Vector3d place_W = Vector3d::Zero();  ///< m.
   double force = 0;  ///< N: of that hand on tissue; of kForce the largest until it is below.
+  int duct = -1;     ///< -1: none.
 };
 
 /// The outcome of an exercise so far.
@@ -42,7 +44,7 @@ struct ExerciseResult {
 ///     score = max(0, kStepPoints done / steps + kTimePoints share - sum of the errors' points)
 ///
 /// with share = 1 up to the target time and from there linearly to 0 at the time limit, and 0 unless
-/// all steps are done. One thread; a call allocates only when a step or an error is added.
+/// all steps are done. One thread; a call allocates only when a step, an error, a clip or a cut is added.
 class ExerciseEvaluator {
  public:
   static constexpr double kStepPoints = 80;
@@ -74,12 +76,16 @@ class ExerciseEvaluator {
   void AdvanceStep(const StepSample& sample);
   bool Holds(const ExerciseStepOptions& step, const StepSample& sample) const;
   void FindErrors(const StepSample& sample, double dt);
+  void JudgeAction(const StepSample& sample, int hand);
+  double ClipAngleOf(int duct) const;
   void FindForce(const StepSample& sample, std::size_t rule);
   void FindTears(const StepSample& sample, std::size_t rule);
   void FindBurns(const StepSample& sample, std::size_t rule, double dt);
   void FindDrops(const StepSample& sample, std::size_t rule);
   void FindInversion(const StepSample& sample, std::size_t rule);
-  bool AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W, double force);
+  bool AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W, double force,
+                int duct = -1);
+  double ProgressOf(const ExerciseStepOptions& step, const StepSample& sample) const;
   bool IsHook(const StepSample& sample, int hand) const;
   double Score() const;
 
@@ -92,7 +98,8 @@ class ExerciseEvaluator {
   double progress_ = 0;                                      // of the present step, 0..1
   double points_ = 0;                                        // that errors cost
   std::vector<std::array<Watch, kMaxInstruments>> watches_;  // of each rule
-  std::vector<double> torn_;                                 // of each rule, m^2: counted so far
+  DuctJudge judge_;
+  std::vector<double> torn_;  // of each rule, m^2: counted so far
   std::array<SolvedContact, kMaxInstruments> last_contacts_;
 };
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +16,13 @@ struct ExerciseTool {
   int instrument_index = 0;  ///< As in ToolPose.
 };
 
+/// A duct or a vessel of the scene.
+struct ExerciseDuct {
+  std::string name = {};
+  int organ_end =
+      -1;  ///< The end that the organ which is taken out holds: 0 is a, 1 is b; -1: none.
+};
+
 /// A condition of one organ's contact with a hand.
 struct ExerciseContact {
   int organ = -1;
@@ -28,15 +36,22 @@ struct ExerciseStepOptions {
 
   std::optional<ExerciseContact> holds = {};  ///< Jaws hold the organ.
   double lift = 0;  ///< m: what they hold is at least so far from its place.
-  std::optional<ExerciseContact> touches = {};  ///< A tip presses the organ,
-  std::optional<Vector3d> at_W = {};            ///< at a place within `within` of this, m.
+  std::optional<ExerciseContact> touches = {};  ///< A tip presses the organ.
+  std::optional<Vector3d> at_W = {};            ///< The press, or else the held tissue, is
+                                                ///< within `within` of this, m.
   double within = 0;                            ///< m.
   std::optional<int> frees = {};                ///< Attachment that is freed
   double freed_area = 0;                        ///< by this area, m^2.
+  std::vector<int> clips = {};                  ///< Ducts of which each has
+  int clip_count = 3;                           ///< so many good clips (duct_judge.h).
+  std::vector<int> cuts = {};                   ///< Ducts of which each is cut well.
   std::optional<int> releases = {};             ///< Organ that no jaws hold.
   std::optional<double> force = {};             ///< N: no instrument exerts more on tissue.
   double time = 0;                              ///< s.
 };
+
+/// Largest angle of a good clip if no rule says another, rad.
+inline constexpr double kClipAngle = 20 * std::numbers::pi / 180;
 
 enum class ExerciseErrorKind {
   kForce,      ///< An instrument exerts more than `limit` N on tissue.
@@ -45,15 +60,23 @@ enum class ExerciseErrorKind {
   kStrayBurn,  ///< It touches nothing for `limit` s and burns no attachment.
   kDrop,       ///< Jaws lose an organ while it is held more than `limit` m from its place.
   kInverted,   ///< Tissue is inverted.
+  kBadClip,    ///< A clip on a duct is not good, with the angle `limit` rad (duct_judge.h).
+  kWrongClip,  ///< A clip is put on another duct than `ducts`, or an applier closes on `organ`.
+  kLostClip,  ///< A clip falls. An applier that closes on the `organ` of kWrongClip does not count.
+  kEarlyClip,  ///< A duct is clipped before the step `before` is done.
+  kEarlyCut,   ///< A duct is cut before it.
+  kBadCut,     ///< After a cut, a duct is not cut well (duct_judge.h).
 };
 
 /// Something that a trainee must avoid. Each time is an error that costs `points`.
 struct ExerciseErrorOptions {
   ExerciseErrorKind kind = ExerciseErrorKind::kForce;
-  std::string name = {};  ///< For people: "perforation of the gallbladder".
-  double limit = 0;       ///< As the kind says.
-  int organ = -1;         ///< -1: any organ (force, burn, drop).
-  int attachment = -1;    ///< -1: all of them (tear).
+  std::string name = {};        ///< For people: "perforation of the gallbladder".
+  double limit = 0;             ///< As the kind says.
+  int organ = -1;               ///< -1: any organ (force, burn, drop), or none (wrong clip).
+  int attachment = -1;          ///< -1: all of them (tear).
+  std::vector<int> ducts = {};  ///< Those that the kinds for ducts mean; empty: all.
+  int before = -1;              ///< Step of the early kinds.
   double points = 5;
 };
 
@@ -66,6 +89,7 @@ struct ExerciseOptions {
   std::vector<ExerciseStepOptions> steps;
   std::vector<ExerciseErrorOptions> errors;
   std::vector<ExerciseTool> hooks;  ///< The scene's hooks.
+  std::vector<ExerciseDuct> ducts;  ///< The scene's ducts.
 };
 
 }  // namespace hpdm

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "engine/step/grasp.h"
 #include "engine/step/patch_builder.h"
@@ -17,7 +18,9 @@ DuctActions::DuctActions(const std::vector<ToolOptions>& tools) {
   }
 }
 
-void DuctActions::Apply(ToolState* tools, std::span<AttachmentLink> links) {
+std::array<DuctAction, kMaxInstruments> DuctActions::Apply(ToolState* tools,
+                                                           std::span<AttachmentLink> links) {
+  std::array<DuctAction, kMaxInstruments> actions;
   for (int t = 0; t < tools->tool_count; ++t) {
     const ToolPose& pose = tools->tools[ToSize(t)];
     Tool& tool = tools_[ToSize(t)];
@@ -35,11 +38,12 @@ void DuctActions::Apply(ToolState* tools, std::span<AttachmentLink> links) {
     if (pose.jaw >= kJawGrasps) {
       tool.widest = std::max(tool.widest, pose.jaw);
     } else if (tool.widest > 0) {
-      if (tool.held.link < 0) Close(pose, &tool, links);
+      if (tool.held.link < 0) actions[ToSize(t)] = Close(pose, &tool, links);
       tool.widest = 0;
     }
     if (tool.held.link >= 0) MoveHeld(pose, &tool, links);
   }
+  return actions;
 }
 
 // Finds where a duct crosses the plane y = 0 of the tool frame between its jaws: |x| up to `reach_x`,
@@ -67,41 +71,71 @@ DuctActions::Place DuctActions::Between(const Isometry3d& X_WT, double reach_x, 
         nearest.link = static_cast<int>(l);
         nearest.duct = d;
         nearest.arc = rod.ArcLength(i) + share * (rod.ArcLength(i + 1) - rod.ArcLength(i));
+        nearest.p_T = p_T;
+        nearest.tangent_T = (b_T - a_T).normalized();
       }
     }
   }
   return nearest;
 }
 
-void DuctActions::Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) {
+DuctAction DuctActions::Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) {
   const auto index = ToSize(tool->instrument_index);
   const ToolGeometry& geometry = tool->geometries[index];
-  const bool acts = geometry.action == ToolAction::kCut || geometry.action == ToolAction::kClip;
-  if (!geometry.can_grasp && !acts) return;
+  const bool clips = geometry.action == ToolAction::kClip;
+  if (!geometry.can_grasp && !clips && geometry.action != ToolAction::kCut) return {};
+  if (clips && tool->clips[index] == 0) return {};
   const Isometry3d X_WC = pose.X_WT * pose.X_TC;
   const double opening = Grasp::kHalfOpening * geometry.tip_radius;
   Place place = Between(X_WC, geometry.can_grasp ? opening : 0,
                         std::tan(tool->widest * geometry.opening), geometry.JawsLength(), links);
-  if (place.link < 0) return;
-  AttachmentLink& link = links[ToSize(place.link)];
-  DuctState& duct = link.ducts()[place.duct];
-  if (geometry.action == ToolAction::kClip) {
-    if (tool->clips[index] > 0 && duct.Clip(place.arc)) --tool->clips[index];
-  } else if (geometry.action == ToolAction::kCut) {
-    const int node = duct.Cut(place.arc);
-    if (node < 0) return;
-    // The nodes behind the cut have moved on.
-    for (Tool& other : tools_) {
-      const bool same = other.held.link == place.link && other.held.duct == place.duct;
-      if (same && other.held.node > node) ++other.held.node;
-    }
-  } else {
+  if (clips) --tool->clips[index];
+  if (place.link < 0) {
+    DuctAction action;
+    action.kind = clips ? DuctActionKind::kLostClip : DuctActionKind::kNone;
+    action.place_W = X_WC.translation();
+    return action;
+  }
+  DuctState& duct = links[ToSize(place.link)].ducts()[place.duct];
+  if (geometry.can_grasp) {
     place.node = duct.NodeToHold(place.arc);
-    if (place.node < 0) return;
+    if (place.node < 0) return {};
     tool->held = place;
     tool->p_T = X_WC.inverse() * duct.rod().node(place.node);
     tool->slip_T.setZero();
+    return {};
   }
+  DuctAction action = MeasureAction(duct, place, geometry.JawsLength());
+  action.place_W = X_WC * place.p_T;
+  if (clips) {
+    action.kind = duct.Clip(place.arc) ? DuctActionKind::kClip : DuctActionKind::kLostClip;
+    return action;
+  }
+  const int node = duct.Cut(place.arc);
+  if (node < 0) return {};
+  action.kind = DuctActionKind::kCut;
+  action.arc = duct.rod().ArcLength(node);
+  // The nodes behind the cut have moved on.
+  for (Tool& other : tools_) {
+    const bool same = other.held.link == place.link && other.held.duct == place.duct;
+    if (same && other.held.node > node) ++other.held.node;
+  }
+  return action;
+}
+
+// Jaws flatten the tube across the duct along z: a circle of radius r becomes pi r wide.
+DuctAction DuctActions::MeasureAction(const DuctState& duct, const Place& place, double jaws) {
+  const DuctModel& model = duct.model();
+  const Rod& rod = duct.rod();
+  DuctAction action;
+  action.duct = model.index;
+  action.arc = place.arc;
+  action.length = rod.rest_length();
+  action.angle = std::acos(std::min(1.0, std::abs(place.tangent_T.y())));
+  const double half = std::numbers::pi / 2 * (model.options.radius - model.options.wall);
+  const double covered = std::min(place.p_T.z() + half, jaws) - std::max(place.p_T.z() - half, 0.0);
+  action.coverage = std::clamp(covered / (2 * half), 0.0, 1.0);
+  return action;
 }
 
 // Moves the held node with the jaws. Lets go of one that has left the faces.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <span>
 #include <vector>
 
@@ -17,7 +18,9 @@ namespace hpdm {
 /// 2. A grasper holds the duct's nearest node, which then moves with the jaws until they open
 ///    (kJawLetsGo) or it has slipped out of their faces. The hand feels it (FillPatch), unless the jaws
 ///    hold an organ's tissue too.
-/// 3. Scissors cut it where it lies within the angle that they opened to since they were last closed. A clip applier closes the lumen there, as long as its magazine has clips.
+/// 3. Scissors cut it where it lies within the angle that they opened to since they were last closed. A
+///    clip applier closes the lumen there, as long as its magazine has clips. It loses a clip where it
+///    closes on no duct.
 ///
 /// Deformation thread; allocates nothing after construction.
 class DuctActions {
@@ -27,8 +30,9 @@ class DuctActions {
 
   explicit DuctActions(const std::vector<ToolOptions>& tools);
 
-  /// Applies the tools of a step. The contact point of a held duct is taken out of `tools`.
-  void Apply(ToolState* tools, std::span<AttachmentLink> links);
+  /// Applies the tools of a step. The contact point of a held duct is taken out of `tools`. Returns the
+  /// clips and cuts of each tool.
+  std::array<DuctAction, kMaxInstruments> Apply(ToolState* tools, std::span<AttachmentLink> links);
   /// Fills the patch of the duct that a tool holds, after the step.
   void FillPatch(int tool, const ToolPose& pose, std::span<AttachmentLink> links,
                  const std::vector<OrganStep>& organs, ToolPatches* patches);
@@ -42,6 +46,8 @@ class DuctActions {
     std::size_t duct = 0;
     double arc = 0;  // m, at rest
     int node = -1;
+    Vector3d p_T = Vector3d::Zero();        // of the crossing, m
+    Vector3d tangent_T = Vector3d::Zero();  // of the duct there, unit
   };
   struct Tool {
     std::vector<ToolGeometry> geometries;
@@ -54,7 +60,8 @@ class DuctActions {
     Vector3d slip_T = Vector3d::Zero();  // m
   };
 
-  void Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links);
+  DuctAction Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links);
+  static DuctAction MeasureAction(const DuctState& duct, const Place& place, double jaws);
   void MoveHeld(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) const;
   void Release(Tool* tool, std::span<AttachmentLink> links) const;
   static Place Between(const Isometry3d& X_WT, double reach_x, double slope, double length,

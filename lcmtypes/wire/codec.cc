@@ -161,6 +161,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
     ToMessage(logged::kPose, sample.tools[i], tool);
     ToMessage(logged::kContact, sample.contacts[i], tool);
     ToMessage(logged::kLayerWork, sample.layer_work[i], tool);
+    ToMessage(logged::kDuctAction, sample.duct_actions[i], tool);
     for (std::size_t b = 0; b < sample.beside[i].size(); ++b) {
       ToMessage(logged::kBeside, sample.beside[i][b], &tool->beside[b]);
     }
@@ -192,7 +193,8 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
     valid = valid && FromMessage(tool, &sample->tools[i].X_WT) &&
             FromMessage(logged::kPose, tool, &sample->tools[i]) &&
             FromMessage(logged::kContact, tool, &sample->contacts[i]) &&
-            FromMessage(logged::kLayerWork, tool, &sample->layer_work[i]);
+            FromMessage(logged::kLayerWork, tool, &sample->layer_work[i]) &&
+            FromMessage(logged::kDuctAction, tool, &sample->duct_actions[i]);
     for (std::size_t b = 0; b < sample->beside[i].size(); ++b) {
       sample->beside[i][b] = {};
       sample->beside[i][b].kind =

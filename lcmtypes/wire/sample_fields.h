@@ -49,6 +49,8 @@ inline constexpr FieldRange kShare{0, 1};
 inline constexpr FieldRange kInstrumentIndex{0, kMaxHeld - 1};
 inline constexpr FieldRange kKind{0, static_cast<double>(ContactKind::kGrasp)};
 inline constexpr FieldRange kReaction{0, static_cast<double>(ReactionType::kPaper)};
+inline constexpr FieldRange kActionKind{0, static_cast<double>(DuctActionKind::kCut)};
+inline constexpr FieldRange kDuct{-1, kMaxDucts - 1};
 inline constexpr FieldRange kCount{0, std::numeric_limits<std::int32_t>::max()};
 
 // A haptic tick's input.
@@ -139,6 +141,16 @@ inline constexpr std::tuple kPose{
 inline constexpr std::tuple kLayerWork{
     Field({"burning"}, &tool_contact_t::burning, &LayerWork::burning),
     Field({"cut_area"}, &tool_contact_t::cut_area, &LayerWork::cut_area)};
+inline constexpr std::tuple kDuctAction{
+    Field({.name = "duct_action", .range = kActionKind}, &tool_contact_t::duct_action,
+          &DuctAction::kind),
+    Field({.name = "duct", .range = kDuct}, &tool_contact_t::duct, &DuctAction::duct),
+    Field({"duct_arc"}, &tool_contact_t::duct_arc, &DuctAction::arc),
+    Field({"duct_length"}, &tool_contact_t::duct_length, &DuctAction::length),
+    Field({"duct_angle"}, &tool_contact_t::duct_angle, &DuctAction::angle),
+    Field({.name = "duct_coverage", .range = kShare}, &tool_contact_t::duct_coverage,
+          &DuctAction::coverage),
+    Field({"duct_place_W"}, &tool_contact_t::p_duct, &DuctAction::place_W)};
 inline constexpr std::tuple kContact{
     Field({"organ"}, &tool_contact_t::organ, &SolvedContact::organ),
     Field({.name = "kind", .range = kKind}, &tool_contact_t::kind, &SolvedContact::kind),
@@ -209,6 +221,7 @@ void VisitStep(Visit&& visit, Sample& first, Samples&... others) {
     VisitValues(logged::kPose, t, visit, first.tools[t], others.tools[t]...);
     VisitValues(logged::kContact, t, visit, first.contacts[t], others.contacts[t]...);
     VisitValues(logged::kLayerWork, t, visit, first.layer_work[t], others.layer_work[t]...);
+    VisitValues(logged::kDuctAction, t, visit, first.duct_actions[t], others.duct_actions[t]...);
     for (std::size_t b = 0; b < first.beside[t].size(); ++b) {
       VisitValues(logged::kBeside, t, visit, first.beside[t][b], others.beside[t][b]...);
     }

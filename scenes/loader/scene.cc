@@ -127,7 +127,9 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     ReadContact(table, &scene.organs);
   }
   for (const TableReader& table : root.Tables("attachment", kAttachmentKeys, kMaxAttachments)) {
-    scene.attachments.push_back(ReadAttachment(table, scene.organs));
+    AttachmentOptions attachment = ReadAttachment(table, scene.organs);
+    if (!attachment.name.empty()) RefuseTakenName(table, attachment, scene.attachments);
+    scene.attachments.push_back(std::move(attachment));
   }
   for (const TableReader& table : root.Tables("duct", kDuctKeys, kMaxDucts)) {
     DuctOptions duct = ReadDuct(table, scene.organs);

@@ -53,6 +53,7 @@ DuctOptions ReadDuct(const TableReader& table, const std::vector<OrganOptions>& 
   }
   table.Require("young", "give the wall's Young's modulus in Pa");
   table.ReadNumber("young", Interval::Positive(1e9, "Pa"), &duct.young);
+  table.ReadVector("colour", {.min = 0, .max = 1}, &duct.colour);
   return duct;
 }
 

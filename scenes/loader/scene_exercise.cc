@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <numbers>
+#include <span>
 #include <string>
 
 #include "engine/base/quoted_token.h"
@@ -49,29 +51,57 @@ std::vector<ExerciseTool> ReadTools(const TableReader& table, std::string_view k
   return tools;
 }
 
-// Returns the attachment of the organ under `key`; with `from`, that to the other organ.
+// Returns the attachment of that name, or that of the organ under `key`; with `from`, that to the other
+// organ.
 std::optional<int> ReadAttachmentIndex(const TableReader& table, std::string_view key,
                                        std::string_view from, const Scene& scene) {
+  std::string name;
+  if (!table.ReadString(key, &name)) return {};
+  const auto named = std::ranges::find(scene.attachments, name, &AttachmentOptions::name);
+  if (!name.empty() && named != scene.attachments.end()) {
+    return static_cast<int>(named - scene.attachments.begin());
+  }
   const std::optional<int> organ = ReadOrganIndex(table, key, scene);
   if (!organ) return {};
   const std::optional<int> other = from.empty() ? std::nullopt : ReadOrganIndex(table, from, scene);
   const auto joins = [&](const AttachmentOptions& attachment, std::optional<int> index) {
     if (!index) return true;
-    const std::string& name = scene.organs[static_cast<std::size_t>(*index)].name;
-    return attachment.a == name || attachment.b == name;
+    const std::string& joined = scene.organs[static_cast<std::size_t>(*index)].name;
+    return attachment.a == joined || attachment.b == joined;
   };
   std::optional<int> found;
   for (std::size_t a = 0; a < scene.attachments.size(); ++a) {
     if (!joins(scene.attachments[a], organ) || !joins(scene.attachments[a], other)) continue;
     if (found) {
-      table.Fail(
-          key, "has several attachments",
-          from.empty() ? "leave it out to watch all of them" : "name the other organ as from");
+      table.Fail(key, "has several attachments",
+                 from.empty() ? "give the attachment's name, or leave it out to watch all of them"
+                              : "give the attachment's name, or the other organ as from");
     }
     found = static_cast<int>(a);
   }
-  if (!found) table.Fail(key, "has no such attachment", "name an organ of an [[attachment]]");
+  if (!found) {
+    table.Fail(key, "has no such attachment", "name an [[attachment]] or an organ of one");
+  }
   return found;
+}
+
+// Returns the ducts of that name or label.
+std::vector<int> ReadDucts(const TableReader& table, std::string_view key, const Scene& scene) {
+  std::vector<int> ducts;
+  std::string name, names;
+  if (!table.ReadString(key, &name)) return ducts;
+  for (std::size_t d = 0; d < scene.ducts.size(); ++d) {
+    const DuctOptions& duct = scene.ducts[d];
+    if (duct.name == name || (!name.empty() && duct.label == name)) {
+      ducts.push_back(static_cast<int>(d));
+    }
+    AppendToList(Quoted(duct.name), &names);
+  }
+  if (ducts.empty()) {
+    table.Fail(key, "is neither the name nor the label of a duct",
+               "the scene's ducts are " + (names.empty() ? "none" : names));
+  }
+  return ducts;
 }
 
 std::optional<ExerciseContact> ReadContactOf(const TableReader& table, std::string_view key,
@@ -108,7 +138,7 @@ ExerciseStepOptions ReadStep(const TableReader& table, const Scene& scene) {
   RequireBeside(table, "lift", "hold");
   table.ReadNumber("lift", Interval::Positive(1, "m"), &step.lift);
   step.touches = ReadContactOf(table, "touch", "touch_with", scene);
-  RequireBeside(table, "at", "touch");
+  if (!step.holds) RequireBeside(table, "at", "touch");
   RequireBeside(table, "at", "within");
   RequireBeside(table, "within", "at");
   Vector3d at_W = Vector3d::Zero();
@@ -119,14 +149,19 @@ ExerciseStepOptions ReadStep(const TableReader& table, const Scene& scene) {
   RequireBeside(table, "area", "free");
   RequireBeside(table, "free", "area");
   table.ReadNumber("area", Interval::Positive(kMaxArea, "m^2"), &step.freed_area);
+  step.clips = ReadDucts(table, "clip", scene);
+  RequireBeside(table, "clips", "clip");
+  table.ReadInteger("clips", 1, 20, &step.clip_count);
+  step.cuts = ReadDucts(table, "cut", scene);
   step.releases = ReadOrganIndex(table, "release", scene);
   double force = 0;
   if (table.ReadNumber("force", Interval::Positive(kMaxTissueForce, "N"), &force)) {
     step.force = force;
   }
   table.ReadNumber("time", Interval::NotNegative(kMaxTime, "s"), &step.time);
-  if (!step.holds && !step.touches && !step.frees && !step.releases && !step.force) {
-    table.Fail("has no condition", "give one of hold, touch, free, release and force");
+  if (!step.holds && !step.touches && !step.frees && step.clips.empty() && step.cuts.empty() &&
+      !step.releases && !step.force) {
+    table.Fail("has no condition", "give one of hold, touch, free, clip, cut, release and force");
   }
   return step;
 }
@@ -143,9 +178,43 @@ constexpr ErrorKind kKinds[] = {
     {ExerciseErrorKind::kStrayBurn, "hook energised away from tissue", 0.5},
     {ExerciseErrorKind::kDrop, "tissue dropped", 0.01},
     {ExerciseErrorKind::kInverted, "tissue overstretched", 0},
+    {ExerciseErrorKind::kBadClip, "clip badly placed", kClipAngle},
+    {ExerciseErrorKind::kWrongClip, "clip on the wrong structure", 0},
+    {ExerciseErrorKind::kLostClip, "clip lost", 0},
+    {ExerciseErrorKind::kEarlyClip, "clipped too early", 0},
+    {ExerciseErrorKind::kEarlyCut, "cut too early", 0},
+    {ExerciseErrorKind::kBadCut, "cut outside the clips", 0},
 };
+constexpr ExerciseErrorKind kWithOrgan[] = {ExerciseErrorKind::kForce, ExerciseErrorKind::kTear,
+                                            ExerciseErrorKind::kBurn, ExerciseErrorKind::kDrop,
+                                            ExerciseErrorKind::kWrongClip};
+constexpr ExerciseErrorKind kWithDuct[] = {
+    ExerciseErrorKind::kBadClip, ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kEarlyClip,
+    ExerciseErrorKind::kEarlyCut, ExerciseErrorKind::kBadCut};
+constexpr double kDegree = std::numbers::pi / 180;
 
-ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene) {
+bool IsOneOf(std::span<const ExerciseErrorKind> kinds, ExerciseErrorKind kind) {
+  return std::ranges::find(kinds, kind) != kinds.end();
+}
+
+void RefuseOther(const TableReader& table, std::string_view key) {
+  if (table.Has(key)) table.Fail(key, "does not belong to this kind of error", "remove it");
+}
+
+// Reads the step before whose end the early kinds are errors.
+int ReadBefore(const TableReader& table, const std::vector<ExerciseStepOptions>& steps) {
+  table.Require("before", "name the step that must be done first");
+  std::string name;
+  table.ReadString("before", &name);
+  const auto found = std::ranges::find(steps, name, &ExerciseStepOptions::name);
+  if (found == steps.end()) {
+    table.Fail("before", "is not the name of a step", "name an [[exercise.step]]");
+  }
+  return static_cast<int>(found - steps.begin());
+}
+
+ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
+                               const std::vector<ExerciseStepOptions>& steps) {
   ExerciseErrorOptions error;
   table.Require("kind", "give the kind of error");
   table.ReadChoice("kind",
@@ -154,28 +223,59 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene) {
                     {"burn", ExerciseErrorKind::kBurn},
                     {"stray_burn", ExerciseErrorKind::kStrayBurn},
                     {"drop", ExerciseErrorKind::kDrop},
-                    {"inverted", ExerciseErrorKind::kInverted}},
+                    {"inverted", ExerciseErrorKind::kInverted},
+                    {"bad_clip", ExerciseErrorKind::kBadClip},
+                    {"wrong_clip", ExerciseErrorKind::kWrongClip},
+                    {"dropped_clip", ExerciseErrorKind::kLostClip},
+                    {"early_clip", ExerciseErrorKind::kEarlyClip},
+                    {"early_cut", ExerciseErrorKind::kEarlyCut},
+                    {"cut_outside_clips", ExerciseErrorKind::kBadCut}},
                    &error.kind);
   const ErrorKind& kind = *std::ranges::find(kKinds, error.kind, &ErrorKind::kind);
   error.name = kind.name;
   error.limit = kind.limit;
   table.ReadName("name", &error.name);
+  if (!IsOneOf(kWithOrgan, error.kind)) RefuseOther(table, "organ");
+  if (!IsOneOf(kWithDuct, error.kind)) RefuseOther(table, "duct");
   if (error.kind == ExerciseErrorKind::kTear) {
     error.attachment = ReadAttachmentIndex(table, "organ", {}, scene).value_or(-1);
   } else {
     error.organ = ReadOrganIndex(table, "organ", scene).value_or(-1);
   }
-  const bool of_organ =
-      error.kind != ExerciseErrorKind::kStrayBurn && error.kind != ExerciseErrorKind::kInverted;
-  if (!of_organ && table.Has("organ")) {
-    table.Fail("organ", "does not belong to this kind of error", "remove it");
+  error.ducts = ReadDucts(table, "duct", scene);
+  if (error.kind == ExerciseErrorKind::kWrongClip && error.ducts.empty() && error.organ < 0) {
+    table.Fail("has neither duct nor organ",
+               "name the ducts that may be clipped, or an organ that must not be");
   }
-  if (error.kind == ExerciseErrorKind::kInverted && table.Has("limit")) {
-    table.Fail("limit", "does not belong to this kind of error", "remove it");
+  if (error.kind == ExerciseErrorKind::kEarlyClip || error.kind == ExerciseErrorKind::kEarlyCut) {
+    error.before = ReadBefore(table, steps);
+  } else {
+    RefuseOther(table, "before");
   }
-  table.ReadNumber("limit", Interval::Positive(1000, "N, m^2, s or m"), &error.limit);
+  if (error.kind == ExerciseErrorKind::kBadClip) {
+    double angle = kClipAngle / kDegree;
+    table.ReadNumber("limit", Interval::Positive(90, "deg"), &angle);
+    error.limit = kDegree * angle;
+  } else {
+    if (kind.limit == 0) RefuseOther(table, "limit");
+    table.ReadNumber("limit", Interval::Positive(1000, "N, m^2, s or m"), &error.limit);
+  }
   table.ReadNumber("points", Interval::NotNegative(100, ""), &error.points);
   return error;
+}
+
+// Reads which organ is taken out, and so which end of each duct goes with it.
+std::vector<ExerciseDuct> ReadRemoved(const TableReader& table, const Scene& scene) {
+  const std::optional<int> organ = ReadOrganIndex(table, "removes", scene);
+  std::vector<ExerciseDuct> ducts;
+  for (const DuctOptions& options : scene.ducts) {
+    ExerciseDuct& duct = ducts.emplace_back(ExerciseDuct{.name = options.name});
+    if (!organ) continue;
+    const std::string& name = scene.organs[static_cast<std::size_t>(*organ)].name;
+    if (options.a == name) duct.organ_end = 0;
+    if (options.b == name && options.a != name) duct.organ_end = 1;
+  }
+  return ducts;
 }
 
 }  // namespace
@@ -193,6 +293,7 @@ ExerciseOptions ReadExercise(const TableReader& table, const Scene& scene) {
                "leaves no time between target_time and time_limit",
                "give a target_time below time_limit");
   }
+  exercise.ducts = ReadRemoved(table, scene);
   table.Require("step", "add at least one [[exercise.step]] table");
   for (const TableReader& step : table.Tables("step", kExerciseStepKeys, kMaxExerciseSteps)) {
     exercise.steps.push_back(ReadStep(step, scene));
@@ -201,7 +302,7 @@ ExerciseOptions ReadExercise(const TableReader& table, const Scene& scene) {
     table.Fail("step", "is empty", "add at least one [[exercise.step]] table");
   }
   for (const TableReader& error : table.Tables("error", kExerciseErrorKeys, kMaxExerciseErrors)) {
-    exercise.errors.push_back(ReadError(error, scene));
+    exercise.errors.push_back(ReadError(error, scene, exercise.steps));
   }
   for (std::size_t hand = 0; hand < scene.instruments.size(); ++hand) {
     for (int held = 0; held < scene.instruments[hand].HeldCount(); ++held) {

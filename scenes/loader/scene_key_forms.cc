@@ -174,8 +174,14 @@ within = 1
 free = "d"
 from = "e"
 area = 1
+clip = "a"
+clips = 1
+cut = "a"
 [[exercise.error]]
 kind = "force"
+[[exercise.error]]
+kind = "early_cut"
+before = "a"
 
 [[file]]
 name = "a.obj"

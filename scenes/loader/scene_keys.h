@@ -20,10 +20,10 @@ inline constexpr std::string_view kOrganKeys[] = {
     "wall_stiffness", "subdivisions", "free",   "lumen",    "layer"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
-    "a",         "b",        "box",       "box_fraction", "sphere",     "young",
-    "thickness", "strength", "toughness", "reach",        "burn_energy"};
-inline constexpr std::string_view kDuctKeys[] = {"name", "label",  "a",    "b",
-                                                 "path", "radius", "wall", "young"};
+    "name",  "a",         "b",        "box",       "box_fraction", "sphere",
+    "young", "thickness", "strength", "toughness", "reach",        "burn_energy"};
+inline constexpr std::string_view kDuctKeys[] = {"name",   "label", "a",     "b",     "path",
+                                                 "radius", "wall",  "young", "colour"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};
 inline constexpr std::string_view kPoseKeys[] = {"position", "rotation_deg"};
 inline constexpr std::string_view kLatticeKeys[] = {"basis",
@@ -106,13 +106,13 @@ inline constexpr std::string_view kTraceKeys[] = {"file", "scale", "rotation_deg
 inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radius",
                                                  "force", "displacement", "pressure",
                                                  "box",   "box_fraction", "sphere"};
-inline constexpr std::string_view kExerciseKeys[] = {"name",        "goal", "time_limit",
-                                                     "target_time", "step", "error"};
+inline constexpr std::string_view kExerciseKeys[] = {"name",    "goal", "time_limit", "target_time",
+                                                     "removes", "step", "error"};
 inline constexpr std::string_view kExerciseStepKeys[] = {
-    "name",   "instruction", "hold", "hold_with", "lift",    "touch", "touch_with", "at",
-    "within", "free",        "from", "area",      "release", "force", "time"};
-inline constexpr std::string_view kExerciseErrorKeys[] = {"kind", "name", "limit", "organ",
-                                                          "points"};
+    "name", "instruction", "hold", "hold_with", "lift",  "touch", "touch_with", "at",    "within",
+    "free", "from",        "area", "clip",      "clips", "cut",   "release",    "force", "time"};
+inline constexpr std::string_view kExerciseErrorKeys[] = {"kind", "name",   "limit", "organ",
+                                                          "duct", "before", "points"};
 inline constexpr std::string_view kLaparoscopeKeys[] = {
     "position", "target", "trocar", "angle_deg", "field_of_view_deg", "focal_length", "distortion"};
 

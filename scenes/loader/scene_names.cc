@@ -56,6 +56,7 @@ std::vector<std::vector<std::string>> SceneInstruments(const std::filesystem::pa
 std::vector<std::string> SceneAttachments(const std::filesystem::path& scene) {
   return ReadAll(scene, "attachment", [](const toml::node& attachment) {
     const NodeView table(attachment);
+    if (const auto name = table["name"].value<std::string>()) return *name;
     return table["a"].value_or<std::string>("?") + " and " + table["b"].value_or<std::string>("?");
   });
 }

@@ -510,6 +510,18 @@ void AddExercises(Scenes* s) {
   exercise("with a limit of inversion", step, "kind='inverted'\nlimit=1\n");
   exercise("with a stray burn of an organ", step, "kind='stray_burn'\norgan='liver'\n");
   exercise("with points below zero", step, "kind='force'\npoints=-5\n");
+  exercise("that clips no duct", "clip='aorta'\n");
+  exercise("that counts clips of nothing", step + "clips=3\n");
+  exercise("that cuts no duct", "cut='aorta'\n");
+  exercise("that removes no organ", step, "", "removes='lung'\n");
+  exercise("with a bad clip of an organ", step, "kind='bad_clip'\norgan='liver'\n");
+  exercise("with a clip turned by 100 degrees", step, "kind='bad_clip'\nlimit=100\n");
+  exercise("with a wrong clip of nothing", step, "kind='wrong_clip'\n");
+  exercise("with a limit of lost clips", step, "kind='dropped_clip'\nlimit=1\n");
+  exercise("with a force on a duct", step, "kind='force'\nduct='aorta'\n");
+  exercise("with an early cut without a step", step, "kind='early_cut'\n");
+  exercise("with an early clip before no step", step, "kind='early_clip'\nbefore='b'\n");
+  exercise("with a force before a step", step, "kind='force'\nbefore='a'\n");
 }
 
 void AddAttachments(Scenes* s) {

@@ -313,7 +313,9 @@ std::vector<AttachmentVisual> SessionModel::AttachmentVisuals() const {
 
 std::vector<DuctVisual> SessionModel::DuctVisuals() const {
   std::vector<DuctVisual> visuals;
-  for (const DuctModel& duct : ducts_) visuals.push_back({.model = &duct});
+  for (const DuctModel& duct : ducts_) {
+    visuals.push_back({.model = &duct, .colour = duct.options.colour.cast<float>()});
+  }
   return visuals;
 }
 
@@ -361,7 +363,7 @@ SessionInfo SessionModel::Info() const {
   SessionInfo info;
   info.exercise = scene_.exercise;
   for (const AttachmentBed& bed : beds_) {
-    info.attachments.push_back({bed.options.a + " and " + bed.options.b, bed.areas.sum()});
+    info.attachments.push_back({LabelOf(bed.options), bed.areas.sum()});
   }
   for (const InstrumentOptions& options : scene_.instruments) {
     info.instruments.push_back(options.name);

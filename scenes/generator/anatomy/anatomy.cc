@@ -203,8 +203,8 @@ Anatomy::Anatomy(AnatomyVariant variant, std::uint64_t seed)
   // From the last point straight towards the common duct, up to its surface.
   way.push_back(IntoTissue(*duct, 0.5 * way.back() + 0.5 * Union(variant), 1 * kMillimetre));
   const double duct_radius = variation.Between(1.8, 2.6) * kMillimetre;
-  tubes.push_back(
-      {"cystic duct", "gallbladder", "bile duct", way, duct_radius, 0.8 * kMillimetre, 100e3});
+  tubes.push_back({"cystic duct", "gallbladder", "bile duct", way, duct_radius, 0.8 * kMillimetre,
+                   100e3, Vector3d(0.66, 0.50, 0.36)});
 
   std::vector<Vector3d> vessel = CysticArteryWay(variant, &variation);
   vessel.front() = IntoTissue(*artery, 0.3 * vessel[1] + 0.7 * vessel[0], 0.5 * kMillimetre);
@@ -212,7 +212,7 @@ Anatomy::Anatomy(AnatomyVariant variant, std::uint64_t seed)
       IntoTissue(*body, InGallbladder(vessel.back(), gallbladder_position), 1 * kMillimetre),
       gallbladder_position);
   tubes.push_back({"cystic artery", "hepatic artery", "gallbladder", vessel, 1.1 * kMillimetre,
-                   0.4 * kMillimetre, 300e3});
+                   0.4 * kMillimetre, 300e3, Vector3d(0.74, 0.34, 0.30)});
 }
 
 }  // namespace hpdm

@@ -47,6 +47,7 @@ struct Anatomy {
     double radius = 0;           ///< m, outer.
     double wall = 0;             ///< m.
     double young = 0;            ///< Pa.
+    Vector3d colour;             ///< Red, green and blue, 0..1.
   };
 
   Anatomy(AnatomyVariant variant, std::uint64_t seed);

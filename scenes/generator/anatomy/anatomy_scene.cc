@@ -138,7 +138,8 @@ std::string TubeText(const Anatomy::Tube& tube) {
                      tube.b + "\"\npath = [\n";
   for (const Vector3d& p : tube.path) text += "  " + Vector(p) + ",\n";
   return text + "]\nradius = " + Number(tube.radius) + "   # m\nwall = " + Number(tube.wall) +
-         "   # m\nyoung = " + Number(tube.young) + "   # Pa, a guess\n\n";
+         "   # m\nyoung = " + Number(tube.young) +
+         "   # Pa, a guess\ncolour = " + Vector(tube.colour) + "\n\n";
 }
 
 }  // namespace

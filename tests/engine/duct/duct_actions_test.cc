@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <numbers>
 #include <vector>
 
 #include "tests/support/shapes.h"
@@ -58,6 +61,15 @@ struct JoinedBlocks {
     tool.jaw = jaw;
     return tool;
   }
+  // Jaws that are turned about their own axis x or z, rad.
+  static ToolPose Turned(double about_x, double about_z, double jaw,
+                         const Vector3d& beside = Vector3d::Zero()) {
+    ToolPose tool = Jaws(kLength / 2, jaw, beside);
+    tool.X_WT.linear() = tool.X_WT.linear() * Eigen::AngleAxisd(about_x, Vector3d::UnitX()) *
+                         Eigen::AngleAxisd(about_z, Vector3d::UnitZ());
+    return tool;
+  }
+  const DuctAction& action() const { return bench.loop().sample().duct_actions[0]; }
   void Step(const ToolPose& tool, int steps = 1) {
     for (int step = 0; step < steps; ++step) bench.Step(tool);
   }
@@ -205,6 +217,76 @@ TEST(DuctActions, AHeldPartFollowsTheJawsAfterACut) {
   EXPECT_EQ(duct.rod().node(held + 1), place_W);
   EXPECT_LT((duct.rod().node(node) - Vector3d(0, 0, duct.rod().ArcLength(node))).norm(), 1e-6);
   EXPECT_EQ(duct.Cut(duct.rod().ArcLength(held + 1)), -1) << "in the jaws";
+}
+
+// The plane of the jaws and the straight duct by hand.
+TEST(DuctActions, AClipIsRecordedWithItsPlaceAngleAndCoverage) {
+  constexpr double kDegree = std::numbers::pi / 180;
+  for (const double angle : {0.0, 19 * kDegree, 21 * kDegree, -21 * kDegree}) {
+    JoinedBlocks blocks(ClipApplier(2));
+    blocks.Step(JoinedBlocks::Turned(angle, 0, 1));
+    EXPECT_EQ(blocks.action().kind, DuctActionKind::kNone);
+    blocks.Step(JoinedBlocks::Turned(angle, 0, 0.05));
+    const DuctAction clip = blocks.action();
+    ASSERT_EQ(clip.kind, DuctActionKind::kClip);
+    EXPECT_EQ(clip.duct, 0);
+    EXPECT_NEAR(clip.length, kLength, 1e-12);
+    EXPECT_NEAR(clip.angle, std::abs(angle), 1e-6);
+    // The tip is 5 mm in front of the duct.
+    const double height = kLength / 2 - 0.005 * std::tan(angle);
+    EXPECT_NEAR(clip.arc, height, 1e-9);
+    EXPECT_LT((clip.place_W - Vector3d(0, 0, height)).norm(), 1e-9);
+    EXPECT_EQ(clip.coverage, 1);
+    blocks.Step(JoinedBlocks::Turned(angle, 0, 0.05));
+    EXPECT_EQ(blocks.action().kind, DuctActionKind::kNone) << "once";
+  }
+  JoinedBlocks rolled(ClipApplier(1));
+  rolled.Step(JoinedBlocks::Turned(0, 25 * kDegree, 1));
+  rolled.Step(JoinedBlocks::Turned(0, 25 * kDegree, 0.05));
+  EXPECT_NEAR(rolled.action().angle, 25 * kDegree, 1e-6);
+}
+
+// The lumen of radius 1.2 mm is pi 1.2 mm wide when it is flat.
+TEST(DuctActions, JawsMustReachPastTheFlattenedLumen) {
+  const double half = std::numbers::pi / 2 * 0.0012;
+  for (const double past : {0.7 * half, 0.99 * half, 1.01 * half}) {
+    JoinedBlocks blocks(ClipApplier(1));
+    const Vector3d beside(0.005 - past, 0, 0);
+    blocks.Step(JoinedBlocks::Turned(0, 0, 1, beside));
+    blocks.Step(JoinedBlocks::Turned(0, 0, 0.05, beside));
+    ASSERT_EQ(blocks.action().kind, DuctActionKind::kClip);
+    EXPECT_NEAR(blocks.action().coverage, std::min(1.0, (past / half + 1) / 2), 1e-6);
+  }
+}
+
+TEST(DuctActions, ACutIsRecordedAtItsNode) {
+  JoinedBlocks blocks(Scissors());
+  blocks.Step(JoinedBlocks::Jaws(0.0121, 1));
+  blocks.Step(JoinedBlocks::Jaws(0.0121, 0.05));
+  EXPECT_EQ(blocks.action().kind, DuctActionKind::kCut);
+  EXPECT_NEAR(blocks.action().arc, 0.012, 1e-12) << "the nearest of the nodes, 0.75 mm apart";
+  EXPECT_NEAR(blocks.action().length, kLength, 1e-12);
+}
+
+TEST(DuctActions, AnApplierLosesItsClipBesideTheDuctAndOnAClip) {
+  const Vector3d beside(0, 0.012, 0);
+  JoinedBlocks blocks(ClipApplier(3));
+  blocks.Step(JoinedBlocks::Jaws(0.012, 1, beside));
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, beside));
+  EXPECT_EQ(blocks.action().kind, DuctActionKind::kLostClip);
+  EXPECT_EQ(blocks.action().duct, -1);
+  EXPECT_EQ(blocks.action().place_W, JoinedBlocks::Jaws(0.012, 1, beside).X_WT.translation());
+  for (const DuctActionKind kind : {DuctActionKind::kClip, DuctActionKind::kLostClip,
+                                    DuctActionKind::kNone}) {  // the magazine is empty
+    blocks.Step(JoinedBlocks::Jaws(0.0121, 1));
+    blocks.Step(JoinedBlocks::Jaws(0.0121, 0.05));
+    EXPECT_EQ(blocks.action().kind, kind);
+  }
+  EXPECT_EQ(blocks.duct().Outcome().clips, 1);
+  JoinedBlocks scissors(Scissors());
+  scissors.Step(JoinedBlocks::Jaws(0.012, 1, beside));
+  scissors.Step(JoinedBlocks::Jaws(0.012, 0.05, beside));
+  EXPECT_EQ(scissors.action().kind, DuctActionKind::kNone);
 }
 
 }  // namespace

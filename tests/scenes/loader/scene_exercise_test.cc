@@ -1,4 +1,5 @@
 #include <fstream>
+#include <numbers>
 
 #include "scenes/loader/scene_names.h"
 #include "tests/support/scene_fixture.h"
@@ -124,6 +125,94 @@ organ = 'liver'
   EXPECT_EQ(exercise.hooks[0].instrument_index, 1);
   EXPECT_EQ(scene.instruments[1].Held(1).geometry.power, 55);
   EXPECT_EQ(scene.attachments[1].burn_energy, 1.9e9 * 0.002);
+}
+
+TEST_F(SceneTest, AnExerciseOfDucts) {
+  const auto duct = [](const std::string& name, const std::string& label, const std::string& ends) {
+    return "[[duct]]\nname = '" + name + "'\nlabel = '" + label + "'\n" + ends +
+           "path = [[0, 0, 0], [0, 0, 1]]\nradius = 0.01\nwall = 0.001\nyoung = 1\n";
+  };
+  const Scene scene = Load(kOrgans + duct("first", "goes", "a = 'bag'\nb = 'liver'\n") +
+                           duct("second", "goes", "a = 'liver'\nb = 'bag'\n") +
+                           duct("third", "stays", "a = 'liver'\n") + R"(
+[exercise]
+removes = 'bag'
+[[exercise.step]]
+name = 'clip'
+clip = 'goes'
+clips = 4
+[[exercise.step]]
+name = 'cut'
+cut = 'second'
+[[exercise.step]]
+name = 'take'
+hold = 'bag'
+at = [1, 2, 3]
+within = 0.02
+[[exercise.error]]
+kind = 'bad_clip'
+limit = 30
+[[exercise.error]]
+kind = 'bad_clip'
+duct = 'third'
+[[exercise.error]]
+kind = 'wrong_clip'
+duct = 'goes'
+organ = 'liver'
+[[exercise.error]]
+kind = 'early_cut'
+before = 'cut'
+[[exercise.error]]
+kind = 'early_clip'
+before = 'clip'
+duct = 'first'
+[[exercise.error]]
+kind = 'dropped_clip'
+[[exercise.error]]
+kind = 'cut_outside_clips'
+)");
+  const ExerciseOptions& exercise = scene.exercise.value();
+  ASSERT_EQ(exercise.ducts.size(), 3u);
+  EXPECT_EQ(exercise.ducts[0].name, "first");
+  EXPECT_EQ(exercise.ducts[0].organ_end, 0);
+  EXPECT_EQ(exercise.ducts[1].organ_end, 1);
+  EXPECT_EQ(exercise.ducts[2].organ_end, -1);
+  EXPECT_EQ(exercise.steps[0].clips, (std::vector<int>{0, 1})) << "by their label";
+  EXPECT_EQ(exercise.steps[0].clip_count, 4);
+  EXPECT_EQ(exercise.steps[1].clip_count, 3);
+  EXPECT_EQ(exercise.steps[1].cuts, std::vector<int>{1}) << "by its name";
+  EXPECT_EQ(exercise.steps[2].at_W.value(), Vector3d(1, 2, 3));
+  const auto& errors = exercise.errors;
+  EXPECT_DOUBLE_EQ(errors[0].limit, std::numbers::pi / 6);
+  EXPECT_TRUE(errors[0].ducts.empty());
+  EXPECT_DOUBLE_EQ(errors[1].limit, std::numbers::pi / 9);
+  EXPECT_EQ(errors[1].ducts, std::vector<int>{2});
+  EXPECT_EQ(errors[2].ducts, (std::vector<int>{0, 1}));
+  EXPECT_EQ(errors[2].organ, 0);
+  EXPECT_EQ(errors[3].before, 1);
+  EXPECT_EQ(errors[4].before, 0);
+  EXPECT_EQ(errors[4].kind, ExerciseErrorKind::kEarlyClip);
+  EXPECT_EQ(errors[5].kind, ExerciseErrorKind::kLostClip);
+  EXPECT_EQ(errors[6].kind, ExerciseErrorKind::kBadCut);
+}
+
+TEST_F(SceneTest, AStepNamesAnAttachment) {
+  std::string organs = kOrgans;
+  const std::string second = "[[attachment]]\na = 'bag'";
+  organs.replace(organs.find(second), second.size(), "[[attachment]]\nname = 'bed'\na = 'bag'");
+  const Scene scene = Load(organs + R"(
+[exercise]
+[[exercise.step]]
+name = 'free'
+free = 'bed'
+area = 1e-4
+[[exercise.error]]
+kind = 'tear'
+organ = 'bed'
+)");
+  EXPECT_EQ(scene.attachments[1].name, "bed");
+  EXPECT_EQ(scene.exercise.value().steps[0].frees, 1);
+  EXPECT_EQ(scene.exercise->errors[0].attachment, 1);
 }
 
 TEST_F(SceneTest, AnExerciseTakesTheScenesNameAndHalfOfItsTime) {

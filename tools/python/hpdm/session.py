@@ -193,8 +193,8 @@ class Session(Closing):
         """The judgement of the scene's exercise after the last step, a dict (copies); or None:
 
         "step": number of steps done of "steps"; "progress": of the present one, 0..1; "step_times":
-        s; "errors": list of dicts with "name", "points", "time" (s), "step", "hand" and "organ" (index or
-        -1), "place" (3, m) and "force" (N); "time": s; "score": 0..100; "ended"; "passed".
+        s; "errors": list of dicts with "name", "points", "time" (s), "step", "hand", "organ" and "duct"
+        (index or -1), "place" (3, m) and "force" (N); "time": s; "score": 0..100; "ended"; "passed".
         """
         return self._native.exercise()
 

@@ -36,6 +36,7 @@ py::object ExerciseOf(const LockstepSession& session) {
     one["step"] = error.step;
     one["hand"] = error.hand;
     one["organ"] = error.organ;
+    one["duct"] = error.duct;
     one["place"] = py::array_t<double>(3, error.place_W.data());
     one["force"] = error.force;
     errors.append(one);

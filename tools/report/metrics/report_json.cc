@@ -131,6 +131,7 @@ Json ExerciseToJson(const ExerciseReport& exercise, const std::vector<std::strin
          {"points", rule.points},
          {"hand", error.hand < 0 ? Json(nullptr) : Json(error.hand)},
          {"organ", error.organ < 0 || organ >= organs.size() ? Json(nullptr) : Json(organs[organ])},
+         {"duct", error.duct < 0 ? Json(nullptr) : Json(options.ducts.at(ToSize(error.duct)).name)},
          {"place_m", {error.place_W.x(), error.place_W.y(), error.place_W.z()}},
          {"force_N", error.force}});
   }

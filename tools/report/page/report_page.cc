@@ -79,7 +79,7 @@ std::string ExercisePanel(const SessionReport& report) {
   if (!result.errors.empty()) {
     html +=
         "<div class=\"wide\"><table><thead><tr><th>Error</th><th class=\"number\">at, s</th>"
-        "<th>Hand</th><th>Organ</th><th class=\"number\">N</th><th>Place, mm</th>"
+        "<th>Hand</th><th>Organ or duct</th><th class=\"number\">N</th><th>Place, mm</th>"
         "<th class=\"number\">points</th></tr></thead><tbody>\n";
   }
   for (const ExerciseError& error : result.errors) {
@@ -92,7 +92,9 @@ std::string ExercisePanel(const SessionReport& report) {
             Format("<td class=\"number\">%.1f</td>", error.time) + "<td>" +
             EscapeHtml(name(error.hand, report.hands, [](const auto& h) { return h.name; })) +
             "</td><td>" +
-            EscapeHtml(name(error.organ, report.organs, [](const auto& o) { return o; })) +
+            EscapeHtml(error.duct >= 0
+                           ? name(error.duct, options.ducts, [](const auto& d) { return d.name; })
+                           : name(error.organ, report.organs, [](const auto& o) { return o; })) +
             "</td>" +
             Format(
                 "<td class=\"number\">%.2f</td><td>%.0f, %.0f, %.0f</td>"

@@ -1,0 +1,240 @@
+// Judgement of clips and cuts on made steps. Each rule has an error and a near miss beside it.
+
+#include <gtest/gtest.h>
+
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/exercise/exercise_evaluator.h"
+
+namespace hpdm {
+namespace {
+
+constexpr Nanoseconds kPeriod = 33'333'333;
+constexpr double kLength = 0.03;  // m
+constexpr double kDegree = std::numbers::pi / 180;
+enum { kDuct, kArtery, kBranch };
+enum { kLiver, kBileDuct };
+
+// The duct goes from the organ that is taken out into the body, the artery comes from the body; the
+// branch has no end at that organ.
+ExerciseOptions Exercise(const ExerciseErrorOptions& error) {
+  ExerciseOptions exercise;
+  exercise.time_limit = 100;
+  exercise.target_time = 20;
+  exercise.ducts = {{"duct", 0}, {"artery", 1}, {"branch", -1}};
+  exercise.steps.push_back({.name = "clip", .clips = {kDuct}});
+  exercise.steps.push_back({.name = "cut", .cuts = {kDuct}});
+  exercise.errors.push_back(error);
+  return exercise;
+}
+
+DuctAction Clip(double arc, int duct = kDuct) {
+  DuctAction clip;
+  clip.kind = DuctActionKind::kClip;
+  clip.duct = duct;
+  clip.arc = arc;
+  clip.length = kLength;
+  clip.coverage = 1;
+  clip.place_W = Vector3d(0, 0, arc);
+  return clip;
+}
+DuctAction Tilted(double degrees, double arc = 0.01) {
+  DuctAction clip = Clip(arc);
+  clip.angle = kDegree * degrees;
+  return clip;
+}
+DuctAction Covering(double share) {
+  DuctAction clip = Clip(0.01);
+  clip.coverage = share;
+  return clip;
+}
+DuctAction Cut(double arc, int duct = kDuct) {
+  DuctAction cut = Clip(arc, duct);
+  cut.kind = DuctActionKind::kCut;
+  return cut;
+}
+DuctAction Lost() {
+  DuctAction lost;
+  lost.kind = DuctActionKind::kLostClip;
+  return lost;
+}
+// A clip or a cut while the applier's tip presses an organ.
+struct Act {
+  DuctAction action;
+  int pressed = -1;
+};
+
+/// A session in which the second hand clips and cuts.
+class Course {
+ public:
+  explicit Course(ExerciseOptions exercise) : evaluator_(std::move(exercise)) {
+    sample_.tool_count = 2;
+    Run({});
+  }
+  void Run(const Act& act) {
+    sample_.duct_actions[1] = act.action;
+    SolvedContact& contact = sample_.contacts[1];
+    contact = {};
+    contact.organ = act.pressed;
+    if (act.pressed >= 0) {
+      contact.kind = ContactKind::kPress;
+      contact.force_on_tissue_W = Vector3d(0.5, 0, 0);
+    }
+    for (int step = 0; step < 2; ++step) {
+      sample_.step.time_ns += kPeriod;
+      evaluator_.Add(sample_);
+      sample_.duct_actions[1] = {};
+    }
+  }
+  const ExerciseResult& result() const { return evaluator_.result(); }
+  const ExerciseEvaluator& evaluator() const { return evaluator_; }
+  std::size_t errors() const { return result().errors.size(); }
+  std::size_t done() const { return result().step_times.size(); }
+
+ private:
+  StepSample sample_;
+  ExerciseEvaluator evaluator_;
+};
+
+struct DuctCase {
+  std::string name;
+  ExerciseErrorOptions error;
+  std::vector<Act> before;
+  Act wrong, near_miss;
+};
+void PrintTo(const DuctCase& c, std::ostream* out) { *out << c.name; }
+class DuctErrors : public testing::TestWithParam<DuctCase> {};
+
+const ExerciseErrorOptions kBadClip = {ExerciseErrorKind::kBadClip, "", 20 * kDegree};
+const ExerciseErrorOptions kBadCut = {ExerciseErrorKind::kBadCut};
+const ExerciseErrorOptions kEarlyCut = {.kind = ExerciseErrorKind::kEarlyCut, .before = 0};
+const ExerciseErrorOptions kEarlyClip = {
+    .kind = ExerciseErrorKind::kEarlyClip, .ducts = {kArtery}, .before = 0};
+const ExerciseErrorOptions kWrongDuct = {.kind = ExerciseErrorKind::kWrongClip,
+                                         .ducts = {kDuct, kArtery}};
+const ExerciseErrorOptions kWrongOrgan = {.kind = ExerciseErrorKind::kWrongClip,
+                                          .organ = kBileDuct};
+const ExerciseErrorOptions kLostClip = {ExerciseErrorKind::kLostClip};
+const std::vector<Act> kThreeClips = {{Clip(0.01)}, {Clip(0.015)}, {Clip(0.02)}};
+const std::vector<Act> kArteryClips = {
+    {Clip(0.01, kArtery)}, {Clip(0.015, kArtery)}, {Clip(0.02, kArtery)}};
+
+// A clip is 1 mm wide. It leaves a gap of 2 mm, and 3 mm to the end in the body.
+const DuctCase kCases[] = {
+    {"angle", kBadClip, {}, {Tilted(21)}, {Tilted(19)}},
+    {"angle_of_the_scene",
+     {ExerciseErrorKind::kBadClip, "", 10 * kDegree},
+     {},
+     {Tilted(11)},
+     {Tilted(9)}},
+    {"coverage", kBadClip, {}, {Covering(0.99)}, {Covering(1)}},
+    {"gap", kBadClip, {{Clip(0.01)}}, {Clip(0.0129)}, {Clip(0.0131)}},
+    {"gap_on_the_other_side", kBadClip, {{Clip(0.01)}}, {Clip(0.0071)}, {Clip(0.0069)}},
+    {"gap_to_a_bad_clip", kBadClip, {{Tilted(30)}}, {Clip(0.0129)}, {Clip(0.0131)}},
+    {"end_b_in_the_body", kBadClip, {}, {Clip(kLength - 0.0034)}, {Clip(kLength - 0.0036)}},
+    {"end_a_in_the_body", kBadClip, {}, {Clip(0.0034, kArtery)}, {Clip(0.0036, kArtery)}},
+    {"end_at_the_organ", kBadClip, {}, {Clip(0.0034, kBranch)}, {Clip(0.001)}},
+    {"wrong_duct", kWrongDuct, {}, {Clip(0.01, kBranch)}, {Clip(0.01, kArtery)}},
+    {"wrong_organ", kWrongOrgan, {}, {Lost(), kBileDuct}, {Lost(), kLiver}},
+    {"lost_clip", kLostClip, {}, {Lost()}, {Clip(0.01)}},
+    {"early_cut", kEarlyCut, {{Clip(0.01)}, {Clip(0.015)}}, {Cut(0.012)}, {Clip(0.02)}},
+    {"early_clip", kEarlyClip, {}, {Clip(0.01, kArtery)}, {Clip(0.01)}},
+    {"cut_on_the_organs_side", kBadCut, kThreeClips, {Cut(0.0099)}, {Cut(0.0101)}},
+    {"cut_that_leaves_one_clip", kBadCut, kThreeClips, {Cut(0.0151)}, {Cut(0.0149)}},
+    {"second_cut",
+     kBadCut,
+     {{Clip(0.01, kArtery)}, {Clip(0.015, kArtery)}, {Clip(0.02, kArtery)}, {Cut(0.018, kArtery)}},
+     {Cut(0.0149, kArtery)},
+     {Cut(0.0151, kArtery)}},
+    {"cut_of_the_artery", kBadCut, kArteryClips, {Cut(0.0149, kArtery)}, {Cut(0.0151, kArtery)}},
+    {"cut_beside_a_loose_clip",
+     kBadCut,
+     {{Covering(0.9)}, {Clip(0.015)}, {Clip(0.02)}},
+     {Cut(0.012)},
+     {Clip(0.025)}},
+};
+INSTANTIATE_TEST_SUITE_P(Cases, DuctErrors, testing::ValuesIn(kCases),
+                         [](const auto& param_info) { return param_info.param.name; });
+
+TEST_P(DuctErrors, IsFoundWithItsPlaceAndDuct) {
+  const DuctCase& c = GetParam();
+  Course course(Exercise(c.error));
+  for (const Act& act : c.before) course.Run(act);
+  const std::size_t before = course.errors();
+  course.Run(c.wrong);
+  ASSERT_EQ(course.errors(), before + 1);
+  const ExerciseError& error = course.result().errors.back();
+  EXPECT_EQ(error.hand, 1);
+  EXPECT_EQ(error.duct, c.wrong.action.duct);
+  EXPECT_EQ(error.organ, c.wrong.pressed);
+  EXPECT_EQ(error.place_W, c.wrong.action.place_W);
+}
+
+TEST_P(DuctErrors, ANearMissIsNotFlagged) {
+  const DuctCase& c = GetParam();
+  Course course(Exercise(c.error));
+  for (const Act& act : c.before) course.Run(act);
+  const std::size_t before = course.errors();
+  course.Run(c.near_miss);
+  EXPECT_EQ(course.errors(), before);
+}
+
+TEST(ExerciseDucts, AStepCountsGoodClipsAloneAndOnTheRightDuct) {
+  Course course(Exercise(kBadClip));
+  for (const Act& act : std::vector<Act>{{Clip(0.01)}, {Clip(0.02)}, {Tilted(30, 0.015)}}) {
+    course.Run(act);
+  }
+  EXPECT_EQ(course.done(), 0u) << "the third is bad";
+  EXPECT_DOUBLE_EQ(course.evaluator().Status().progress, 2.0 / 3);
+  course.Run({Clip(0.025, kArtery)});
+  EXPECT_EQ(course.done(), 0u);
+  course.Run({Clip(0.024)});
+  EXPECT_EQ(course.done(), 1u);
+}
+
+TEST(ExerciseDucts, ACutStepNeedsClipsOnBothSides) {
+  for (const auto& [arc, done] : {std::pair(0.009, 1u), {0.012, 2u}, {0.018, 1u}}) {
+    Course course(Exercise(kBadClip));
+    for (const Act& act : kThreeClips) course.Run(act);
+    ASSERT_EQ(course.done(), 1u);
+    course.Run({Cut(arc)});
+    EXPECT_EQ(course.done(), done) << arc;
+    EXPECT_EQ(course.result().passed, done == 2u);
+  }
+}
+
+TEST(ExerciseDucts, ADuctThatTheOrganDoesNotHoldIsCutBetweenTwoClipsOnEachSide) {
+  for (const bool fourth : {false, true}) {
+    Course course(Exercise(kBadCut));
+    for (const double arc : {0.006, 0.01, 0.015}) course.Run({Clip(arc, kBranch)});
+    if (fourth) course.Run({Clip(0.02, kBranch)});
+    course.Run({Cut(0.012, kBranch)});
+    EXPECT_EQ(course.errors(), fourth ? 0u : 1u);
+  }
+}
+
+TEST(ExerciseDucts, AClipOnAWrongOrganIsNotLostToo) {
+  ExerciseOptions exercise = Exercise(kWrongOrgan);
+  exercise.errors.push_back(kLostClip);
+  Course course(exercise);
+  course.Run({Lost(), kBileDuct});
+  ASSERT_EQ(course.errors(), 1u);
+  EXPECT_EQ(course.result().errors[0].rule, 0);
+  course.Run({Lost(), kLiver});
+  ASSERT_EQ(course.errors(), 2u);
+  EXPECT_EQ(course.result().errors[1].rule, 1);
+}
+
+TEST(ExerciseDucts, ADuctThatTheSceneDoesNotHaveCountsForNone) {
+  Course course(Exercise(kBadClip));
+  course.Run({Clip(0.01, 7)});
+  course.Run({Cut(0.01, 7)});
+  ASSERT_EQ(course.errors(), 1u) << "a clip on none of the ducts is not good";
+  EXPECT_EQ(course.result().errors[0].duct, -1);
+}
+
+}  // namespace
+}  // namespace hpdm

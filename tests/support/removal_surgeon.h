@@ -1,0 +1,251 @@
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "engine/base/check.h"
+#include "tools/session/lockstep_session.h"
+
+namespace hpdm {
+
+/// A scripted surgeon for scenes/gallbladder_removal.toml. Every method runs the session's steps. It sees
+/// what an examiner sees: where tissue, samples and ducts are.
+class RemovalSurgeon {
+ public:
+  enum Hand { kLeft, kRight };
+  enum Tool { kHook, kClipApplier, kScissors, kGrasper };
+  enum Duct { kCysticDuct, kCysticArtery };
+  enum Layer { kTriangle, kLowestThird, kRest };
+
+  explicit RemovalSurgeon(LockstepSession* session) : session_(*session) {
+    const Points& rest = Gallbladder().rest().vertices;
+    Eigen::Index nearest = 0;
+    const Vector3d wanted(0.008, -0.110, 0.026), middle = rest.colwise().mean();
+    (rest.rowwise() - wanted.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
+    fundus_W_ = rest.row(nearest);
+    outward_W_ = (fundus_W_ - middle).normalized();
+    const Vector3d bed_W = session_.model().beds()[kRest].points_W[0].colwise().mean();
+    away_W_ = (middle - bed_W).normalized();
+    for (std::size_t t = 0; t < 2; ++t) {
+      const auto& tip = session_.tools()[t].tip;
+      tips_W_[t] = Vector3d(tip[0], tip[1], tip[2]);
+    }
+  }
+
+  const ExerciseResult& result() const { return session_.exercise()->result(); }
+  std::size_t done() const { return result().step_times.size(); }
+  std::vector<std::string> Errors() const {
+    std::vector<std::string> names;
+    for (const ExerciseError& error : result().errors) {
+      const auto rule = static_cast<std::size_t>(error.rule);
+      names.push_back(session_.exercise()->options().errors[rule].name);
+    }
+    return names;
+  }
+  /// Called after every step.
+  void OnStep(std::function<void()> on_step) { on_step_ = std::move(on_step); }
+
+  void Step(int count = 1) {
+    for (int i = 0; i < count; ++i) {
+      for (std::size_t t = 0; t < 2; ++t) {
+        session_.Command(t, Kinematics(t).Inverse(tips_W_[t], rolls_[t], jaws_[t]).joints);
+      }
+      session_.Step();
+      if (on_step_) on_step_();
+    }
+  }
+  /// Moves a tip straight to a place (m) at a speed (m/s).
+  void Move(std::size_t hand, const Vector3d& to_W, double speed) {
+    const Vector3d from_W = tips_W_[hand];
+    const int steps = std::max(1, static_cast<int>(30 * (to_W - from_W).norm() / speed));
+    for (int i = 1; i <= steps; ++i) {
+      tips_W_[hand] = from_W + i * (to_W - from_W) / steps;
+      Step();
+    }
+  }
+  void Jaws(std::size_t hand, double jaw) {
+    const double from = jaws_[hand];
+    for (int i = 1; i <= 10; ++i) {
+      jaws_[hand] = from + i * (jaw - from) / 10;
+      Step();
+    }
+  }
+  /// Pulls the right hand back along its shaft and gives it another instrument.
+  void Exchange(Tool tool) {
+    session_.Press(kRight, false);
+    BackOff();
+    session_.Exchange(kRight, tool);
+    jaws_[kRight] = 1;
+    Step(3);
+  }
+  void BackOff(double to_trocar = 0.05) {
+    const Vector3d trocar_W = Kinematics(kRight).p_trocar_W();
+    const Vector3d way_W = tips_W_[kRight] - trocar_W;
+    if (way_W.norm() > to_trocar) Move(kRight, trocar_W + to_trocar * way_W.normalized(), 0.25);
+  }
+
+  void TakeFundus() {
+    Move(kLeft, fundus_W_ + 0.03 * outward_W_, 0.2);
+    Move(kLeft, fundus_W_ + 0.0015 * outward_W_, 0.03);
+    Jaws(kLeft, 0);
+    Step(20);
+  }
+  void Lift(double length) {
+    Move(kLeft, tips_W_[kLeft] + length * away_W_, 0.03);
+    Step(20);
+  }
+  /// Burns a layer until a step of the exercise is done, the samples nearest to the fundus first.
+  void Burn(Layer layer) {
+    const std::size_t before = done();
+    bool approached = false;
+    for (int i = 0; i < 3000 && done() == before && !result().ended; ++i) {
+      const Vector3d to_W = NextSample(layer);
+      if (!approached) {
+        Approach(to_W);
+        approached = true;
+      }
+      if ((to_W - tips_W_[kRight]).norm() > 0.0012) {
+        session_.Press(kRight, false);
+        Move(kRight, to_W, 0.06);
+      }
+      session_.Press(kRight, true);
+      Step();
+    }
+    session_.Press(kRight, false);
+    Step();
+  }
+  void BurnFor(double seconds) {
+    session_.Press(kRight, true);
+    Step(static_cast<int>(30 * seconds));
+    session_.Press(kRight, false);
+    Step(3);
+  }
+
+  /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
+  /// (rad) off the best roll, `past` (m) beyond the middle of the tube, and opens it again.
+  void CloseOn(Duct duct, double arc, double turned = 0, double past = 0.005) {
+    const Rod& rod = RodOf(duct);
+    int i = 0;
+    while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;
+    const double share = (arc - rod.ArcLength(i)) / (rod.ArcLength(i + 1) - rod.ArcLength(i));
+    const Vector3d at_W = rod.node(i) + share * (rod.node(i + 1) - rod.node(i));
+    const Vector3d tangent_W = (rod.node(i + 1) - rod.node(i)).normalized();
+    const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - at_W).normalized();
+    const Vector3d tip_W = at_W - past * back_W;
+    const Matrix3d R_W0 =
+        Kinematics(kRight).Forward(Kinematics(kRight).Inverse(tip_W, 0, 1).joints).linear();
+    // The roll that lays the jaws' axis along the duct.
+    rolls_[kRight] = std::atan2(-tangent_W.dot(R_W0.col(0)), tangent_W.dot(R_W0.col(1))) + turned;
+    Approach(tip_W);
+    Jaws(kRight, 0);
+    Step(2);
+    Move(kRight, tip_W + 0.03 * back_W, 0.15);
+    Jaws(kRight, 1);
+    rolls_[kRight] = 0;
+  }
+  /// Returns the angle between the jaws' plane and the duct's normal plane at the best roll, rad.
+  double BestAngle(Duct duct, double arc) const {
+    const Rod& rod = RodOf(duct);
+    int i = 0;
+    while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;
+    const Vector3d tangent_W = (rod.node(i + 1) - rod.node(i)).normalized();
+    const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - rod.node(i)).normalized();
+    return std::asin(std::min(1.0, std::abs(tangent_W.dot(back_W))));
+  }
+  const Rod& RodOf(Duct duct) const {
+    const Rod* rod = nullptr;
+    for (const AttachmentLink& link : session_.links()) {
+      for (const DuctState& state : link.state().ducts()) {
+        if (state.model().index == duct) rod = &state.rod();
+      }
+    }
+    HPDM_CHECK(rod != nullptr);
+    return *rod;
+  }
+
+  /// Takes what the left hand holds towards its port.
+  void TakeOut() {
+    const Vector3d trocar_W = Kinematics(kLeft).p_trocar_W();
+    Move(kLeft, trocar_W + 0.035 * (tips_W_[kLeft] - trocar_W).normalized(), 0.05);
+    Step(30);
+  }
+
+  /// The whole operation: returns the first step that it did not finish, or none of them.
+  std::size_t Operate() {
+    TakeFundus();
+    Lift(0.012);
+    Burn(kTriangle);
+    BackOff();
+    Burn(kLowestThird);
+    for (const Duct duct : {kCysticDuct, kCysticArtery}) {
+      Exchange(kClipApplier);
+      for (const double arc : ClipsOf(duct)) CloseOn(duct, arc);
+      Exchange(kScissors);
+      CloseOn(duct, CutOf(duct));
+    }
+    Exchange(kHook);
+    Burn(kRest);
+    BackOff();
+    TakeOut();
+    return done();
+  }
+  /// Returns the places of the clips (m), those that stay in the body first.
+  std::array<double, 3> ClipsOf(Duct duct) const {
+    const double length = RodOf(duct).rest_length();
+    if (duct == kCysticArtery) return {0.0045, 0.0080, 0.0135};
+    return {length - 0.007, length - 0.0105, length - 0.017};
+  }
+  double CutOf(Duct duct) const {
+    const auto clips = ClipsOf(duct);
+    return (clips[1] + clips[2]) / 2;
+  }
+
+ private:
+  const OrganModel& Gallbladder() const { return session_.model().organs()[1]; }
+  const ImpulseEngineKinematics& Kinematics(std::size_t hand) const {
+    return session_.model().kinematics(hand);
+  }
+  // Comes along the shaft.
+  void Approach(const Vector3d& to_W) {
+    const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - to_W).normalized();
+    Move(kRight, to_W + 0.03 * back_W, 0.25);
+    Move(kRight, to_W, 0.1);
+  }
+  // Returns the middle of the sample left that is farthest from the head.
+  Vector3d NextSample(Layer wanted) const {
+    Vector3d next_W = Vector3d::Constant(1);
+    for (const AttachmentLink& link : session_.links()) {
+      const AttachmentJoint& joint = link.joint();
+      for (std::size_t l = 0; l < joint.layers().size(); ++l) {
+        const AttachmentJoint::Layer& layer = joint.layers()[l];
+        if (layer.bed.index != wanted) continue;
+        for (int i = 0; i < layer.bed.size(); ++i) {
+          if (link.state().Left(l, i) == 0) continue;
+          Vector3d middle_W = Vector3d::Zero();
+          for (std::size_t side = 0; side < 2; ++side) {
+            const auto o = ToSize(joint.members()[ToSize(layer.members[side])].organ);
+            middle_W += 0.5 * layer.bed.surface_points[side][ToSize(i)].Position(
+                                  session_.organ(o).vertices,
+                                  session_.model().organs()[o].rest().triangles);
+          }
+          if (middle_W.y() < next_W.y()) next_W = middle_W;
+        }
+      }
+    }
+    return next_W;
+  }
+
+  LockstepSession& session_;
+  Vector3d fundus_W_, outward_W_, away_W_;
+  std::array<Vector3d, 2> tips_W_;
+  std::array<double, 2> rolls_{}, jaws_{1, 1};
+  std::function<void()> on_step_;
+};
+
+}  // namespace hpdm

@@ -1,0 +1,160 @@
+// A scripted surgeon removes the gallbladder of scenes/gallbladder_removal.toml on coarse lattices. What is
+// done wrong is found, and a near miss beside it is not. The log and its replay judge as the session did.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <numbers>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "lcmtypes/analysis/logged_session.h"
+#include "scenes/loader/scene.h"
+#include "tests/support/removal_surgeon.h"
+#include "tests/support/scratch_folder.h"
+#include "tools/replay/log_replay.h"
+#include "tools/session/lockstep_session.h"
+#include "tools/session/session.h"
+#include "tools/session/session_recorder.h"
+
+namespace hpdm {
+namespace {
+
+using Surgeon = RemovalSurgeon;
+using Names = std::vector<std::string>;
+constexpr double kDegree = std::numbers::pi / 180;
+const char* const kBadClip = "clip oblique, loose, or too near to a clip or the bile duct";
+
+// The scene on coarse lattices, with a strong hook.
+Scene CoarseScene() {
+  Scene scene = LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/gallbladder_removal.toml");
+  for (OrganOptions& organ : scene.organs) {
+    organ.lattice.cells = {4, 5, 4};
+    organ.lattice.local.functions = 0;
+  }
+  scene.instruments[Surgeon::kRight].geometry.power = 400;
+  return scene;
+}
+
+class GallbladderRemoval : public testing::Test {
+ protected:
+  static LockstepSession MakeSession() {
+    static const auto model = std::make_shared<const SessionModel>(CoarseScene());
+    DeviceChoice command;
+    command.type = DeviceChoice::Type::kCommand;
+    return LockstepSession(model, {command, command});
+  }
+  // Errors that clipping and cutting made.
+  Names ClipErrors() const {
+    Names names;
+    for (const ExerciseError& error : surgeon_.result().errors) {
+      const ExerciseErrorOptions& rule = session_.exercise()->options().errors[ToSize(error.rule)];
+      const bool early = rule.kind == ExerciseErrorKind::kEarlyClip;
+      if (rule.kind >= ExerciseErrorKind::kBadClip && !early) names.push_back(rule.name);
+    }
+    return names;
+  }
+
+  LockstepSession session_ = MakeSession();
+  Surgeon surgeon_{&session_};
+};
+
+TEST_F(GallbladderRemoval, ASurgeonDoesItCleanlyAndTheLogAndItsReplayFindTheSame) {
+  const ScratchFolder folder;
+  SessionRecorder recorder(session_.model(), folder / "session", false);
+  session_.RecordTo(&recorder);
+  EXPECT_EQ(surgeon_.Operate(), 10u);
+  EXPECT_EQ(recorder.Finish(), "");
+  session_.RecordTo(nullptr);
+  const ExerciseResult& result = surgeon_.result();
+  EXPECT_EQ(surgeon_.Errors(), Names{});
+  EXPECT_TRUE(result.passed);
+  EXPECT_EQ(result.score, 100) << "before the target time";
+
+  const LoggedSession logged(folder / "session/session.lcmlog");
+  ExerciseEvaluator judge(*CoarseScene().exercise);
+  int clips = 0, cuts = 0;
+  for (const LoggedStep& step : logged.steps()) {
+    judge.Add(step.sample);
+    const DuctActionKind kind = step.sample.duct_actions[Surgeon::kRight].kind;
+    clips += kind == DuctActionKind::kClip;
+    cuts += kind == DuctActionKind::kCut;
+  }
+  EXPECT_EQ(clips, 6);
+  EXPECT_EQ(cuts, 2);
+  EXPECT_EQ(judge.result().score, result.score);
+  EXPECT_EQ(judge.result().step_times, result.step_times);
+  Session replayed(CoarseScene());
+  const LogReplay replay = ReplayLog(logged, 0, &replayed);
+  EXPECT_EQ(replay.ended_early, "");
+  EXPECT_EQ(replay.steps_compared, replay.steps_logged);
+  EXPECT_FALSE(replay.comparison.first_beyond()) << "bit for bit, clips and cuts included";
+}
+
+TEST_F(GallbladderRemoval, AClipTurnedTooFarIsBad) {
+  surgeon_.Exchange(Surgeon::kClipApplier);
+  // The jaws are tilted about their own axis x, too, by the way of the shaft.
+  const double tilt = surgeon_.BestAngle(Surgeon::kCysticDuct, 0.012);
+  const auto turn = [&](double angle) { return std::acos(std::cos(angle) / std::cos(tilt)); };
+  ASSERT_LT(tilt, 15 * kDegree);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.012, turn(19 * kDegree));
+  EXPECT_EQ(ClipErrors(), Names{}) << "a near miss";
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.020, turn(21 * kDegree));
+  EXPECT_EQ(ClipErrors(), Names{kBadClip});
+}
+
+TEST_F(GallbladderRemoval, AClipTooNearToAnotherIsBad) {
+  surgeon_.Exchange(Surgeon::kClipApplier);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.010);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.0131);
+  EXPECT_EQ(ClipErrors(), Names{}) << "2.1 mm between them, a near miss";
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.0160);
+  EXPECT_EQ(ClipErrors(), Names{kBadClip}) << "1.9 mm";
+}
+
+TEST_F(GallbladderRemoval, AClipTooNearToTheBileDuctIsBad) {
+  const double length = surgeon_.RodOf(Surgeon::kCysticDuct).rest_length();
+  surgeon_.Exchange(Surgeon::kClipApplier);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, length - 0.0037);
+  EXPECT_EQ(ClipErrors(), Names{}) << "a near miss";
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.0017);
+  EXPECT_EQ(ClipErrors(), Names{}) << "the gallbladder goes";
+  surgeon_.CloseOn(Surgeon::kCysticArtery, 0.0033);
+  EXPECT_EQ(ClipErrors(), Names{kBadClip}) << "at the hepatic artery";
+}
+
+TEST_F(GallbladderRemoval, AClipThatDoesNotReachAcrossIsBad) {
+  surgeon_.Exchange(Surgeon::kClipApplier);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.012, 0, 0.0024);
+  EXPECT_EQ(ClipErrors(), Names{}) << "a near miss";
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.018, 0, 0.0018);
+  EXPECT_EQ(ClipErrors(), Names{kBadClip});
+}
+
+TEST_F(GallbladderRemoval, AnApplierThatClosesOnNothingLosesItsClip) {
+  surgeon_.Exchange(Surgeon::kClipApplier);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.012, 0, 0.009);
+  EXPECT_EQ(ClipErrors(), Names{}) << "the duct is at the end of the jaws, a near miss";
+  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.018, 0, -0.003);
+  EXPECT_EQ(ClipErrors(), Names{"clip lost"});
+}
+
+TEST_F(GallbladderRemoval, CutsBeforeTheViewAndOutsideTheClipsAreErrors) {
+  surgeon_.Exchange(Surgeon::kClipApplier);
+  for (const double arc : surgeon_.ClipsOf(Surgeon::kCysticDuct)) {
+    surgeon_.CloseOn(Surgeon::kCysticDuct, arc);
+  }
+  EXPECT_EQ(ClipErrors(), Names{});
+  surgeon_.Exchange(Surgeon::kScissors);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, surgeon_.CutOf(Surgeon::kCysticDuct));
+  EXPECT_EQ(ClipErrors(), Names{"cut before the critical view"}) << "but between the clips";
+  const auto clips = surgeon_.ClipsOf(Surgeon::kCysticDuct);
+  surgeon_.CloseOn(Surgeon::kCysticDuct, (clips[0] + clips[1]) / 2);
+  EXPECT_EQ(ClipErrors(), (Names{"cut before the critical view", "cut before the critical view",
+                                 "cut outside the clips"}));
+}
+
+}  // namespace
+}  // namespace hpdm
