@@ -108,6 +108,11 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments,
     links.emplace_back(std::move(joint));
   }
   attached_work_ = AttachedCompliance::Work(3 * modes, 3 * TipCompliance::kMaxRows);
+  const bool may_repeat = std::ranges::any_of(
+      organs_, [](const OrganStep& organ) { return organ.model().finite_energy() != nullptr; });
+  for (AttachmentLink& link : links) {
+    if (may_repeat) link.MayRepeat();
+  }
   joint_relaxation_ = JointRelaxation(organ_contacts_.pairs(), std::move(links));
   for (const AttachmentLink& link : joint_relaxation_.links()) {
     for (std::size_t m = 0; m < link.joint().members().size(); ++m) {
@@ -252,7 +257,7 @@ void DeformationLoop::Deform(double dt) {
   for (OrganStep& organ : organs_) organ.RelocateVertices(record_.number);
 }
 
-// Organs that no layer holds any more touch what they hung on.
+// Organs that no layer and no duct holds any more touch what they hung on.
 void DeformationLoop::LetGo() {
   for (const AttachmentLink& link : links()) {
     for (std::size_t m = 0; m < link.joint().members().size(); ++m) {

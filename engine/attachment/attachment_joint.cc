@@ -193,19 +193,33 @@ void AttachmentJoint::Respond() {
     lasting_stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
   }
   const Eigen::LLT<Eigen::MatrixXd> factor((G + G.transpose()) / 2);
-  if (factor.info() != Eigen::Success) {
-    if (!ducts_.empty()) {
-      throw InputError("duct \"" + ducts_[0].model->options.name +
-                       "\": its organs' functions do not tell the ends of ducts apart; move the "
-                       "ends apart or use more cells");
-    }
-    throw InputError("[[attachment]] of organs \"" + layers_[0].bed.options.a + "\" and \"" +
-                     layers_[0].bed.options.b +
-                     "\": its modes depend on each other; use fewer cells or a larger region");
-  }
+  if (factor.info() != Eigen::Success) FailDependent(G);
   stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
   stiffness_ = ((stiffness_ + stiffness_.transpose()) / 2).eval();
   for (Member& member : members_) member.tied = member.response * stiffness_;
+}
+
+// Refuses the first layer or duct whose modes depend on each other or on those before them.
+void AttachmentJoint::FailDependent(const Eigen::MatrixXd& G) const {
+  const auto depends = [&G](Eigen::Index modes) {
+    const Eigen::MatrixXd first = G.topLeftCorner(3 * modes, 3 * modes);
+    return Eigen::LLT<Eigen::MatrixXd>((first + first.transpose()) / 2).info() != Eigen::Success;
+  };
+  for (const Layer& layer : layers_) {
+    if (!depends(layer.first_mode + layer.samples.rows())) continue;
+    const std::string others =
+        layer.first_mode > 0 ? "each other or on those of another attachment" : "each other";
+    throw InputError("[[attachment]] of organs \"" + layer.bed.options.a + "\" and \"" +
+                     layer.bed.options.b + "\": its modes depend on " + others +
+                     "; use fewer cells or a larger region");
+  }
+  for (const Duct& duct : ducts_) {
+    if (!depends(duct.first_mode + duct.modes())) continue;
+    throw InputError("duct \"" + duct.model->options.name +
+                     "\": its organs' functions do not tell its ends from other ducts' or "
+                     "attachments; move the ends apart or use more cells");
+  }
+  throw InputError("an organ's [[attachment]]s and [[duct]]s depend on each other; use more cells");
 }
 
 // Adds the whole-body motion of a free organ under lasting loads to G and to the sag.

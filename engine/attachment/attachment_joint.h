@@ -63,6 +63,11 @@ class AttachmentJoint {
     std::shared_ptr<const DuctModel> model;
     std::array<int, 2> members{-1, -1};
     Eigen::Index first_mode = 0;  ///< Of those of its ends that lattices hold.
+    /// Returns the number of modes; modes of `a` come first.
+    Eigen::Index modes() const {
+      return DuctModel::Hold::kRows *
+             (Eigen::Index{model->IsHeldByLattice(0)} + Eigen::Index{model->IsHeldByLattice(1)});
+    }
   };
 
   /// `beds`, `ducts`: connected; `organs`: a and b of each bed, then those of each duct, with index
@@ -94,6 +99,7 @@ class AttachmentJoint {
   void AddModes(Eigen::Index count);
   void Respond();
   void AddFreeMotion(std::size_t member, Eigen::MatrixXd* G);
+  [[noreturn]] void FailDependent(const Eigen::MatrixXd& G) const;
 
   std::vector<Member> members_;
   std::vector<Organ> organs_;            // of each member, at set-up

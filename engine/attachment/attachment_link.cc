@@ -13,6 +13,10 @@ namespace {
 // The least stiffness of a held duct over its largest.
 constexpr double kLeastHeldShare = 1e-4;
 
+bool IsOf(std::size_t member, const std::array<int, 2>& members) {
+  return members[0] == static_cast<int>(member) || members[1] == static_cast<int>(member);
+}
+
 }  // namespace
 
 AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
@@ -64,7 +68,7 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
     DuctState& duct = state_.ducts()[d];
     for (std::size_t end = 0; end < 2; ++end) {
       const int member = joint().ducts()[d].members[end];
-      if (member < 0) continue;
+      if (member < 0 || duct.HasLetGo(end)) continue;
       duct.SetOffset(end, offsets_W[duct.model().IsHeldByLattice(end) ? 0 : ToSize(member)]);
     }
   }
@@ -200,29 +204,75 @@ void AttachmentLink::End(std::span<BodyInStep> bodies) {
   }
   state_.Report(w_, outcomes_);
   LetGo(bodies);
+  LeadStumps(bodies);
 }
 
-// Lets go of free organs that no layer holds any more.
+bool AttachmentLink::IsHeld(std::size_t member) const {
+  for (std::size_t l = 0; l < joint().layers().size(); ++l) {
+    if (IsOf(member, joint().layers()[l].members) && !state_.IsTorn(l)) return true;
+  }
+  for (std::size_t d = 0; d < joint().ducts().size(); ++d) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      const bool ends_here = joint().ducts()[d].members[end] == static_cast<int>(member);
+      if (ends_here && state_.ducts()[d].Leads(end)) return true;
+    }
+  }
+  return false;
+}
+
+// Lets go of free organs that nothing holds any more.
 void AttachmentLink::LetGo(std::span<BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
-    if (joint().members()[m].shape.size() == 0 || HasLetGo(m)) continue;
-    const auto holds = [&](std::size_t l) {
-      const AttachmentJoint::Layer& layer = joint().layers()[l];
-      return layer.members[0] == static_cast<int>(m) || layer.members[1] == static_cast<int>(m);
-    };
-    bool held = false;
-    for (std::size_t l = 0; l < joint().layers().size(); ++l) {
-      held = held || (holds(l) && !state_.IsTorn(l));
-    }
-    if (held) continue;
+    if (joint().members()[m].shape.size() == 0 || HasLetGo(m) || IsHeld(m)) continue;
     let_go_[m] = 1;
     for (std::size_t l = 0; l < joint().layers().size(); ++l) {
-      if (holds(l)) state_.TakeAway(l);
+      if (IsOf(m, joint().layers()[l].members)) state_.TakeAway(l);
+    }
+    for (std::size_t d = 0; d < joint().ducts().size(); ++d) {
+      for (std::size_t end = 0; end < 2; ++end) {
+        if (joint().ducts()[d].members[end] == static_cast<int>(m)) ducts()[d].LetGo(end);
+      }
     }
     const BodyInStep& body = bodies[ToSize(bodies_[m])];
     body.body->TakeMoved(*body.U);
     body.body->SetHeld(false);
   }
+}
+
+// Moves the stumps of ducts with the organs that have left.
+void AttachmentLink::LeadStumps(std::span<const BodyInStep> bodies) {
+  for (std::size_t d = 0; d < joint().ducts().size(); ++d) {
+    const AttachmentJoint::Duct& joined = joint().ducts()[d];
+    DuctState& duct = ducts()[d];
+    for (std::size_t end = 0; end < 2; ++end) {
+      if (!duct.HasLetGo(end)) continue;
+      const Points& U = *bodies[ToSize(bodies_[ToSize(joined.members[end])])].U;
+      Eigen::Matrix<double, 12, 1> w = Eigen::Matrix<double, 12, 1>::Zero();
+      for (int r = 0; r < DuctModel::Hold::kRows; ++r) {
+        for (const auto& [column, value] : joined.model->holds[end].rows[ToSize(r)]) {
+          w.segment<3>(3 * r) += value * U.row(column).transpose();
+        }
+      }
+      if (w.allFinite()) duct.Lead(end, w);
+    }
+    if (duct.HasLetGo(0) || duct.HasLetGo(1)) {
+      duct.Follow(w_.segment(3 * joined.first_mode, duct.unknowns()));
+    }
+  }
+}
+
+void AttachmentLink::Keep() {
+  HPDM_CHECK(kept_.has_value());
+  state_.Keep(&kept_->state);
+  kept_->w = w_;
+  kept_->let_go = let_go_;
+}
+
+void AttachmentLink::TakeBack() {
+  HPDM_CHECK(kept_.has_value());
+  state_.TakeBack(kept_->state);
+  w_ = kept_->w;
+  let_go_ = kept_->let_go;
 }
 
 }  // namespace hpdm

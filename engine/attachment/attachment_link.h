@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -26,13 +27,20 @@ class AttachmentLink final : public BodyLink {
   /// After the last step, for each of the joint's layers.
   std::span<const AttachmentOutcome> outcomes() const { return outcomes_; }
 
-  /// True once all layers of a free organ are torn: it has left the joint.
+  /// True once nothing holds a free organ any more: it has left the joint. A layer holds it until it is
+  /// torn, a duct as long as it leads to another organ, the world or a tool. A stump then follows it.
   bool HasLetGo(std::size_t member) const { return let_go_[member] != 0; }
   /// The joint's ducts, to clip, cut and hold them between two steps.
   std::span<DuctState> ducts() { return state_.ducts(); }
   /// Returns the compliance of a held node of a duct with all that holds it, m/N, after a step.
   Matrix3d ComplianceOf(std::size_t duct, int node);
 
+  /// Makes room for Keep(). Set-up only.
+  void MayRepeat() { kept_.emplace(Kept{state_.KeptState(), w_, let_go_}); }
+  /// Keeps the state before a step, only after MayRepeat(), and returns to it: the step's first solution
+  /// was rejected, and Begin() follows.
+  void Keep();
+  void TakeBack();
   /// Begins a step. `offsets_W`: of the members, m; `bodies`: their numbers in the problem.
   void Begin(std::span<const Vector3d> offsets_W, std::span<const int> bodies);
   /// True if the members' offsets differ or a duct is not at rest: then none of them can sleep.
@@ -60,7 +68,9 @@ class AttachmentLink final : public BodyLink {
   }
   void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
   void AddFreeDisplacements(std::span<const BodyInStep> bodies);
+  bool IsHeld(std::size_t member) const;
   void LetGo(std::span<BodyInStep> bodies);
+  void LeadStumps(std::span<const BodyInStep> bodies);
 
   AttachmentState state_;
   bool acted_ = false;
@@ -76,6 +86,12 @@ class AttachmentLink final : public BodyLink {
   WorkMatrix tied_compliance_;       // sides x sides, m/N: along^T tied
   AttachmentState::FewColumns few_;  // 3r rows, scratch
   std::vector<char> let_go_;         // of each member
+  struct Kept {
+    AttachmentState::Kept state;
+    Eigen::VectorXd w;
+    std::vector<char> let_go;
+  };
+  std::optional<Kept> kept_;  // before the step
   bool same_ = true;                 // no side has friction: its force is along its axis
   // 3r: the modes' displacements without forces, by offsets and free motion.
   Eigen::VectorXd apart_;

@@ -275,6 +275,25 @@ bool AttachmentState::MoveDucts(const Eigen::VectorXd& w) {
   return settled;
 }
 
+void AttachmentState::Keep(Kept* kept) const {
+  kept->damage = damage_;
+  kept->torn = torn_;
+  kept->spared = spared_;
+  kept->taken_away = taken_away_;
+  kept->closed = closed_;
+  kept->ducts = ducts_;
+}
+
+void AttachmentState::TakeBack(const Kept& kept) {
+  damage_ = kept.damage;
+  torn_ = kept.torn;
+  spared_ = kept.spared;
+  taken_away_ = kept.taken_away;
+  closed_ = kept.closed;
+  ducts_ = kept.ducts;
+  changed_ = ducts_changed_ = true;
+}
+
 void AttachmentState::Report(const Eigen::VectorXd& w,
                              std::span<AttachmentOutcome> outcomes) const {
   std::size_t at = 0;

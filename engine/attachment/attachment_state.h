@@ -87,6 +87,16 @@ class AttachmentState {
   }
   /// Returns the share of a sample's area that still holds; 0 if it has torn.
   double Left(std::size_t layer, int sample) const;
+  /// What a step's solution changes.
+  struct Kept {
+    std::vector<double> damage, torn, spared;
+    std::vector<char> taken_away, closed;
+    std::vector<DuctState> ducts;
+  };
+  /// Returns it; allocates. Keep() and TakeBack() do not.
+  Kept KeptState() const { return {damage_, torn_, spared_, taken_away_, closed_, ducts_}; }
+  void Keep(Kept* kept) const;
+  void TakeBack(const Kept& kept);
   /// The layers' state; their loads at the modes' displacements w with the present R.
   void Report(const Eigen::VectorXd& w, std::span<AttachmentOutcome> outcomes) const;
 

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "engine/base/check.h"
+
 namespace hpdm {
 namespace {
 
@@ -19,12 +21,42 @@ constexpr double kClipStiffness = 100;
 
 DuctState::DuctState(std::shared_ptr<const DuctModel> model)
     : model_(std::move(model)), rod_(model_->rod), frames_(rod_.rest_ends()) {
-  for (std::size_t end = 0; end < 2; ++end) unknowns_ += model_->IsHeldByLattice(end) ? 12 : 0;
+  for (std::size_t end = 0; end < 2; ++end) {
+    unknowns_ += model_->IsHeldByLattice(end) ? 12 : 0;
+    led_[end].setZero();
+  }
   map_.setZero(12, unknowns_);
   w_.setZero(unknowns_);
   constant_ = forces_ = w_;
   stiffness_.setZero(unknowns_, unknowns_);
   Follow(Eigen::VectorXd::Zero(unknowns_));
+}
+
+// True if there is no gap between two nodes.
+bool DuctState::IsWhole(int first, int last) const {
+  for (int i = first; i < last; ++i) {
+    if (!rod_.IsSegment(i)) return false;
+  }
+  return true;
+}
+
+bool DuctState::Leads(std::size_t end) const {
+  const int last = rod_.nodes() - 1;
+  for (int i = 0; i <= last; ++i) {
+    const bool reached = end == 0 ? IsWhole(0, i) : IsWhole(i, last);
+    if (reached && (rod_.IsHeld(i) || i == (end == 0 ? last : 0))) return true;
+  }
+  return false;
+}
+
+void DuctState::LetGo(std::size_t end) {
+  HPDM_CHECK(model_->IsHeldByLattice(end) && !Leads(end));
+  const Eigen::Index at = end == 1 && model_->IsHeldByLattice(0) ? 12 : 0;
+  let_go_[end] = true;
+  led_[end] = w_.segment<12>(at);
+  offsets_W_[end].setZero();
+  map_.middleCols<12>(at).setZero();
+  changed_ = true;
 }
 
 // Fills the ends' frames and their map. True if they differ from the last ones.
@@ -35,11 +67,12 @@ bool DuctState::FindFrames(const Eigen::Ref<const Eigen::VectorXd>& w) {
     const Rod::Frame& rest = rod_.rest_ends()[end];
     Rod::Frame frame = rest;
     if (model_->IsHeldByLattice(end)) {
-      const EndMotion motion =
-          EndMotionOf(rest, model_->holds[end].length, w.segment<12>(at), turns_[end]);
+      Eigen::Matrix<double, 12, 1> own = led_[end];
+      if (!let_go_[end]) own = w.segment<12>(at);
+      const EndMotion motion = EndMotionOf(rest, model_->holds[end].length, own, turns_[end]);
       frame = motion.frame;
       turns_[end] = motion.turn;
-      map_.block<6, 12>(static_cast<Eigen::Index>(6 * end), at) = motion.map;
+      if (!let_go_[end]) map_.block<6, 12>(static_cast<Eigen::Index>(6 * end), at) = motion.map;
       at += 12;
     }
     frame.p_W += offsets_W_[end];
@@ -134,7 +167,10 @@ int DuctState::Cut(double arc) {
 
 int DuctState::NodeToHold(double arc) const {
   const int node = InnerNodeAt(arc);
-  return node < 0 || rod_.IsHeld(node) ? -1 : node;
+  if (node < 0 || rod_.IsHeld(node)) return -1;
+  if (let_go_[0] && IsWhole(0, node)) return -1;
+  if (let_go_[1] && IsWhole(node, rod_.nodes() - 1)) return -1;
+  return node;
 }
 
 void DuctState::MoveHeld(int node, const Vector3d& place_W) {

@@ -30,6 +30,15 @@ class DuctState {
   const Rod& rod() const { return rod_; }
   Eigen::Index unknowns() const { return unknowns_; }
 
+  /// True if the rod leads from an end to the other one or to a node that a tool holds.
+  bool Leads(std::size_t end) const;
+  /// Lets go of an end that a lattice holds and that leads nowhere: it exerts no force any more and
+  /// follows Lead(). Its part cannot be held from now on.
+  void LetGo(std::size_t end);
+  bool HasLetGo(std::size_t end) const { return let_go_[end]; }
+  /// Moves such an end by the displacements of its rows, m, at the next Follow().
+  void Lead(std::size_t end, const Eigen::Matrix<double, 12, 1>& w) { led_[end] = w; }
+
   /// Moves what holds an end by an offset in addition to w, m.
   void SetOffset(std::size_t end, const Vector3d& offset_W) { offsets_W_[end] = offset_W; }
   /// Takes the displacements w of the ends' rows (m) and linearises about them. True if the forces
@@ -48,7 +57,8 @@ class DuctState {
   /// Cuts the duct at the node nearest to an arc length at rest, m. Returns the node; those behind it
   /// have moved on by one. -1 beside an end, a gap or jaws, and after Rod::kMaxCuts cuts.
   int Cut(double arc);
-  /// Returns the node nearest to an arc length at rest (m) that can be held, or -1.
+  /// Returns the node nearest to an arc length at rest (m) that can be held, or -1. A part that follows
+  /// an end let go cannot.
   int NodeToHold(double arc) const;
   /// Holds a node at a place from the next step.
   void MoveHeld(int node, const Vector3d& place_W);
@@ -69,6 +79,7 @@ class DuctState {
 
  private:
   int InnerNodeAt(double arc) const;
+  bool IsWhole(int first, int last) const;
   bool FindFrames(const Eigen::Ref<const Eigen::VectorXd>& w);
   void Linearise(const Eigen::Ref<const Eigen::VectorXd>& w);
 
@@ -76,6 +87,8 @@ class DuctState {
   Rod rod_;
   Eigen::Index unknowns_ = 0;
   std::array<Vector3d, 2> offsets_W_{Vector3d::Zero(), Vector3d::Zero()};
+  std::array<bool, 2> let_go_{};
+  std::array<Eigen::Matrix<double, 12, 1>, 2> led_;  // of the ends let go
   std::array<Rod::Frame, 2> frames_;
   std::array<Matrix3d, 2> turns_{Matrix3d::Identity(), Matrix3d::Identity()};
   Eigen::Matrix<double, 12, Eigen::Dynamic, 0, 12, kMaxUnknowns> map_;

@@ -35,6 +35,8 @@ class ContactBody {
   virtual const Points* FreeDisplacements() const { return nullptr; }
   /// Takes the step's displacements with those that the links have added.
   virtual void TakeMoved(const Points& /*U*/) {}
+  /// Takes the step back: its solution was rejected, and Begin() follows once more.
+  virtual void TakeBack() {}
   /// For a body that moves as a whole: links hold it (true), or have let it go. At first none does.
   virtual void SetHeld(bool /*held*/) {}
 };

@@ -37,6 +37,7 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
 
   void Begin(const RelaxationInput&, const ContactConstraints& contacts) override {
     solver_->SetActiveFunctions(contacts.refinement);
+    before_ = {motion_, q_, rate_, held_};
     if (held_) {
       predicted_ = RestOf(*body_);
       flight_.AdvanceSmall(&q_, &rate_);
@@ -110,6 +111,13 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     rate_.translation += (moved.translation - q_.translation) / flight_.dt();
     rate_.rotation += (moved.rotation - q_.rotation) / flight_.dt();
     q_ = moved;
+  }
+
+  void TakeBack() override {
+    motion_ = before_.motion;
+    q_ = before_.q;
+    rate_ = before_.rate;
+    held_ = before_.held;
   }
 
   void SetHeld(bool held) override {
@@ -199,6 +207,12 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   bool held_ = false;      // by links
   FreeBody::Motion q_;     // while it is held: m, rad
   FreeBody::Motion rate_;  // the same: m/s, rad/s
+  struct Before {
+    FreeMotion motion;
+    FreeBody::Motion q, rate;
+    bool held = false;
+  };
+  Before before_;  // the step
   bool has_forces_ = false;
   Points U_free_;                  // rows x 3, m: at predicted_, or by q_
   Eigen::MatrixXd response_;       // 3 rows x 1, m: K^-1 R^T B^T f

@@ -49,6 +49,8 @@ class InversionRecovery {
   /// True if the relaxation with `result` left the organ unsound. It must then be relaxed once more,
   /// with the new targets and input.
   bool Rejects(const RelaxationResult& result, OrganState* state);
+  /// True after Begin() if Rejects() may be true.
+  bool MayReject() const { return attempt_ == Attempt::kFirst; }
   /// Ends stage B; `result`: of the last relaxation. Sets the state's contacts back to their demand
   /// and its result, which is for the demand that was met.
   void End(const RelaxationResult& result, OrganState* state);

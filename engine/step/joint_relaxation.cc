@@ -67,8 +67,8 @@ std::span<const Vector3d> JointRelaxation::OffsetsOf(const AttachmentLink& link,
   return {offsets_W_.data(), count};
 }
 
-// Lists the links of the present group and begins their step.
-void JointRelaxation::BeginLinks(const std::vector<OrganStep>& organs) {
+// Lists the links of the present group and begins their step, anew after a rejected one.
+void JointRelaxation::BeginLinks(const std::vector<OrganStep>& organs, Attempt attempt) {
   group_links_.clear();
   const auto begin = group_.begin(), end = begin + static_cast<std::ptrdiff_t>(count_);
   for (AttachmentLink& link : links_) {
@@ -79,6 +79,8 @@ void JointRelaxation::BeginLinks(const std::vector<OrganStep>& organs) {
       if (found != end) bodies[count++] = static_cast<int>(found - begin);
     }
     if (count == 0) continue;
+    if (attempt == Attempt::kFirst) link.Keep();
+    if (attempt == Attempt::kAgain) link.TakeBack();
     link.Begin(OffsetsOf(link, organs), {bodies.data(), count});
     group_links_.push_back(&link);
   }
@@ -115,9 +117,16 @@ void JointRelaxation::RelaxGroup(double dt, std::span<OrganContact> pairs,
     pair_of_.push_back(p);
   }
   const std::span<BodyInStep> bodies(bodies_.data(), count_);
-  for (bool again = true; again;) {
-    for (std::size_t b = 0; b < count_; ++b) bodies[b] = organ(b).Body();
-    BeginLinks(*organs);
+  Attempt attempt = Attempt::kOnly;
+  for (std::size_t b = 0; b < count_; ++b) {
+    if (organ(b).MayReject()) attempt = Attempt::kFirst;
+  }
+  for (bool again = true; again; attempt = Attempt::kAgain) {
+    for (std::size_t b = 0; b < count_; ++b) {
+      bodies[b] = organ(b).Body();
+      if (attempt == Attempt::kAgain) bodies[b].body->TakeBack();
+    }
+    BeginLinks(*organs, attempt);
     RelaxTogether(bodies, group_pairs_, &solver_, group_links_);
     again = false;
     for (std::size_t b = 0; b < count_; ++b) again = organ(b).Rejects(bodies[b].result) || again;

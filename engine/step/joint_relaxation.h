@@ -42,7 +42,9 @@ class JointRelaxation {
   int GroupOf(std::size_t organ) const;
   std::span<const Vector3d> OffsetsOf(const AttachmentLink& link,
                                       const std::vector<OrganStep>& organs);
-  void BeginLinks(const std::vector<OrganStep>& organs);
+  // Solutions of a group in one step: a finite-strain organ may reject the first one.
+  enum class Attempt { kOnly, kFirst, kAgain };
+  void BeginLinks(const std::vector<OrganStep>& organs, Attempt attempt);
   void RelaxGroup(double dt, std::span<OrganContact> pairs, std::vector<OrganStep>* organs,
                   StepRecord* record);
 

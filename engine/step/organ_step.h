@@ -55,6 +55,8 @@ class OrganStep {
   bool Rejects(const RelaxationResult& result) {
     return inversion_recovery_.Rejects(result, &state_);
   }
+  /// True after BeginRelax() if Rejects() may be true.
+  bool MayReject() const { return inversion_recovery_.MayReject(); }
   /// Adds the iterations, residual and flags to `record`.
   void EndRelax(const RelaxationResult& result, StepRecord* record);
   /// Wakes an organ that an attachment has moved.

@@ -132,7 +132,7 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     scene.attachments.push_back(std::move(attachment));
   }
   for (const TableReader& table : root.Tables("duct", kDuctKeys, kMaxDucts)) {
-    DuctOptions duct = ReadDuct(table, scene.organs);
+    DuctOptions duct = ReadDuct(table, scene.organs, scene.attachments);
     RefuseTakenName(table, duct, scene.ducts);
     scene.ducts.push_back(std::move(duct));
   }

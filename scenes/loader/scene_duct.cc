@@ -10,32 +10,54 @@ namespace {
 constexpr std::size_t kMaxPathPoints = 64;
 constexpr double kMaxDuctRadius = 0.05;  // m
 
+// True if attachments lead from the organ to one that is not free: they bear its weight.
+bool IsBorne(const OrganOptions& organ, const std::vector<OrganOptions>& organs,
+                const std::vector<AttachmentOptions>& attachments) {
+  std::vector<const OrganOptions*> reached = {&organ};
+  for (std::size_t r = 0; r < reached.size(); ++r) {
+    if (!reached[r]->free) return true;
+    for (const AttachmentOptions& attachment : attachments) {
+      const bool is_a = attachment.a == reached[r]->name;
+      if (!is_a && attachment.b != reached[r]->name) continue;
+      const OrganOptions& other = *std::ranges::find(organs, is_a ? attachment.b : attachment.a,
+                                                     &OrganOptions::name);
+      if (std::ranges::find(reached, &other) == reached.end()) reached.push_back(&other);
+    }
+  }
+  return false;
+}
+
 // Reads the name of the organ that holds an end. Returns nullptr for the world.
 const OrganOptions* HolderOf(const TableReader& table, std::string_view key,
-                             const std::vector<OrganOptions>& organs, std::string* name) {
+                             const std::vector<OrganOptions>& organs,
+                             const std::vector<AttachmentOptions>& attachments,
+                             std::string* name) {
   if (!table.ReadString(key, name)) return nullptr;
   RequireOrgan(table, key, *name, organs);
   const OrganOptions& organ = *std::ranges::find(organs, *name, &OrganOptions::name);
-  if (!TakesAttachments(organ) || organ.free) {
-    table.Fail(
-        key, "cannot hold a duct",
-        "use model = \"hpdm\" with strain = \"small\", solver = \"cholesky\", no prony and no "
-        "free, or model = \"rigid\"");
+  if (!TakesAttachments(organ)) table.Fail(key, "cannot hold a duct", kAttachmentRemedy);
+  if (organ.free && !IsBorne(organ, organs, attachments)) {
+    table.Fail(key, "is free, and ducts do not bear its weight",
+               "join it by an [[attachment]] to an organ that is not free");
   }
   return &organ;
 }
 
 }  // namespace
 
-DuctOptions ReadDuct(const TableReader& table, const std::vector<OrganOptions>& organs) {
+DuctOptions ReadDuct(const TableReader& table, const std::vector<OrganOptions>& organs,
+                     const std::vector<AttachmentOptions>& attachments) {
   DuctOptions duct;
   table.Require("name", "give the duct a name");
   table.ReadName("name", &duct.name);
   table.ReadName("label", &duct.label);
-  const OrganOptions* a = HolderOf(table, "a", organs, &duct.a);
-  const OrganOptions* b = HolderOf(table, "b", organs, &duct.b);
+  const OrganOptions* a = HolderOf(table, "a", organs, attachments, &duct.a);
+  const OrganOptions* b = HolderOf(table, "b", organs, attachments, &duct.b);
   if (a == nullptr && b == nullptr) {
     table.Fail("has neither a nor b", "name the organ that holds an end, at least at one of them");
+  }
+  if (a == b && a->free) {
+    table.Fail("b", "is the same free organ as a", "name another organ, or leave the key out");
   }
   table.Require("path", "give the points of its axis from a to b in m");
   std::vector<Vector3d> path;

@@ -30,7 +30,9 @@ std::vector<LayerOptions> ReadLayers(const TableReader& organ);
 /// Adds the contact to its first organ's options.
 void ReadContact(const TableReader& table, std::vector<OrganOptions>* organs);
 AttachmentOptions ReadAttachment(const TableReader& table, const std::vector<OrganOptions>& organs);
-DuctOptions ReadDuct(const TableReader& table, const std::vector<OrganOptions>& organs);
+/// `attachments`: the scene's; they bear the weight of a free organ.
+DuctOptions ReadDuct(const TableReader& table, const std::vector<OrganOptions>& organs,
+                     const std::vector<AttachmentOptions>& attachments);
 /// Adds the cut to its organ's options. `number`: among the scene's cuts.
 void ReadCut(const TableReader& table, int number, std::vector<OrganOptions>* organs);
 LoadOptions ReadLoad(const TableReader& table, const std::vector<OrganOptions>& organs);

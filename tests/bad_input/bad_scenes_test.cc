@@ -606,6 +606,18 @@ void AddDucts(Scenes* s) {
                 "\nradius=0.002\nwall=0.0008\nyoung=5e5\n"));
   s->Text("a duct of an organ in finite strain",
           scene(duct(liver, path), {.energy = "strain='finite'\n"}));
+  const auto free = [&](const std::string& more) {
+    return scene(more, {.organ = "free={drag=1}\n"});
+  };
+  const std::string bed =
+      "[[organ]]\nname='wall'\nmesh='../common/box.obj'\nmodel='rigid'\n"
+      "pose={position=[-0.1003,0,0]}\n[[attachment]]\na='liver'\nb='wall'\n"
+      "box={min=[-0.051,-1,-1],max=[-0.049,1,1]}\nyoung=20000\nthickness=0.001\n"
+      "strength=10000\ntoughness=45\n";
+  s->Text("a duct of a free organ that no attachment holds", free(duct(liver, path)));
+  s->Text("a duct with both ends in a free organ",
+          free(bed + duct(liver + "b='liver'\n", "[[0.045,0,0],[0.07,0.01,0],[0.045,0.03,0]]")));
+  s->Run("a session with a duct of a free organ on its bed", free(bed + duct(liver, path)));
   s->Run("a session with a duct", scene(duct(liver, path)));
   s->Add("a static case of an organ with a duct", {"solve", "s.toml", "--out", "f.csv"},
          WithFile("s.toml", scene(duct(liver, path) + "[[load]]\norgan='liver'\npoint=[0.05,0,0]\n"

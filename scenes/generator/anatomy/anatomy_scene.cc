@@ -27,6 +27,7 @@ const char* const kHead = R"(
 
 [scene]
 name = "gallbladder before its removal"
+gravity = [0.0, 0.0, -9.81]
 background = "abdomen.png"
 
 [[organ]]
@@ -54,7 +55,7 @@ texture = "liver_5000.png"
   box_fraction = { min = [0.0, 0.4, 0.0], max = [1.0, 0.7, 0.35] }
   fixed = true
 
-# A wall of 3 mm, filled with bile.
+# A wall of 3 mm, filled with bile. It hangs on its bed and its tubes, and comes free once they are cut.
 [[organ]]
 name = "gallbladder"
 mesh = "gallbladder.obj"
@@ -76,6 +77,9 @@ const char* const kGallbladder = R"(
   poisson = 0.45
 
   [[organ.lumen]]
+
+  [organ.free]
+  drag = 2.0      # 1/s
 
 )";
 
@@ -155,9 +159,6 @@ std::string AnatomySceneText(const Anatomy& anatomy, const std::string& command)
   text += "\n  [organ.pose]\n  position = " + Vector(anatomy.gallbladder_position) +
           "\n  rotation_deg = [" + Number(Anatomy::kTilt) + ", 0, 0]\n";
   text += kGallbladder;
-  // The tissue around the neck holds it weakly once everything else is cut.
-  text += "  [[organ.support]]\n  sphere = { centre = " + Vector(anatomy.neck) +
-          ", radius = 0.010 }\n  stiffness = 1e7\n\n";
   for (const Anatomy::Organ& organ : anatomy.fixed) {
     text += "[[organ]]\nname = \"" + organ.name + "\"\n" + FilesOf(organ.name) +
             "model = \"rigid\"\n\n";

@@ -6,9 +6,12 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 #include <memory>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "engine/attachment/attached_compliance.h"
+#include "engine/base/error.h"
 #include "engine/contact/surface_kernel.h"
 #include "tests/support/bed_layer.h"
 #include "tests/support/shapes.h"
@@ -221,6 +224,58 @@ TEST(JointResponse, IsThatOfBothStiffnessesWithTheLayerAtAnyDamage) {
     joined << moved[0], moved[1];
     EXPECT_LT((joined - direct).norm(), 3e-3 * direct.norm()) << pull;
   }
+}
+
+// Returns the fault of a joint with these layers between the blocks, and ducts from the lower one to the
+// world.
+std::string FaultOfJoint(const Blocks& blocks, int layers,
+                         const std::vector<std::array<Vector3d, 2>>& paths) {
+  std::array<std::unique_ptr<Relaxation>, 2> relaxations;
+  std::array<AttachmentJoint::Organ, 2> organs;
+  for (std::size_t o = 0; o < 2; ++o) {
+    relaxations[o] = blocks.models[o].MakeRelaxation(0);
+    organs[o] = JoinedOrgan(static_cast<int>(o), blocks.models[o], *relaxations[o],
+                            blocks.models[o].control_points());
+  }
+  std::vector<AttachmentBed> beds;
+  std::vector<std::array<AttachmentJoint::Organ, 2>> pairs;
+  for (int l = 0; l < layers; ++l) {
+    beds.emplace_back(blocks.attachment, blocks.models[0], blocks.models[1]);
+    pairs.push_back(organs);
+  }
+  std::vector<std::shared_ptr<const DuctModel>> ducts;
+  for (const auto& path : paths) {
+    DuctOptions duct;
+    duct.name = ducts.empty() ? "first" : "second";
+    duct.a = "lower";
+    duct.path_W.resize(2, 3);
+    duct.path_W << path[0].transpose(), path[1].transpose();
+    duct.radius = 0.002;
+    duct.wall = 0.001;
+    duct.young = 1e5;
+    ducts.push_back(std::make_shared<const DuctModel>(duct, &blocks.models[0], nullptr));
+    pairs.push_back({organs[0], AttachmentJoint::Organ{.index = -1}});
+  }
+  try {
+    const AttachmentJoint joint(std::move(beds), pairs, std::move(ducts));
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(JointResponse, NamesTheTableWhoseModesDepend) {
+  const Blocks blocks;
+  const std::array<Vector3d, 2> duct{Vector3d(-0.029, 0.025, -0.005), Vector3d(-0.06, 0.025, 0)};
+  std::array<Vector3d, 2> other = duct;
+  other[1].y() = 0.03;
+  EXPECT_EQ(FaultOfJoint(blocks, 1, {duct}), "");
+  const std::string of_layer = FaultOfJoint(blocks, 2, {duct});
+  EXPECT_EQ(of_layer.find("[[attachment]] of organs \"lower\" and \"upper\": its modes"), 0)
+      << of_layer;
+  EXPECT_EQ(of_layer.find("duct"), std::string::npos) << of_layer;
+  const std::string of_duct = FaultOfJoint(blocks, 1, {duct, other});
+  EXPECT_EQ(of_duct.find("duct \"second\""), 0) << of_duct;
 }
 
 }  // namespace
