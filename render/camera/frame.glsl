@@ -1,4 +1,4 @@
-const int kMaxTools = 2;
+const int kMaxTools = 4;
 layout(std140) uniform Frame {
   mat4 clip_from_world;
   vec4 lens_W;                   // position

@@ -8,7 +8,7 @@ namespace hpdm {
 namespace {
 
 constexpr double kSoftEdge = 0.012;  // of the circle's radius
-static_assert(kMaxInstruments == 2, "kMaxTools in the shaders");
+static_assert(kMaxInstruments == 4, "kMaxTools of frame.glsl");
 
 }  // namespace
 
