@@ -84,10 +84,12 @@ class RemovalSurgeon {
     jaws_[kRight] = 1;
     Step(3);
   }
-  void BackOff(double to_trocar = 0.05) {
+  /// Pulls the right hand's instrument back along its shaft to 50 mm from its port, slowly at first.
+  void BackOff() {
     const Vector3d trocar_W = Kinematics(kRight).p_trocar_W();
-    const Vector3d way_W = tips_W_[kRight] - trocar_W;
-    if (way_W.norm() > to_trocar) Move(kRight, trocar_W + to_trocar * way_W.normalized(), 0.25);
+    const Vector3d way_W = tips_W_[kRight] - trocar_W, out_W = -way_W.normalized();
+    if (way_W.norm() > 0.1) Move(kRight, tips_W_[kRight] + 0.04 * out_W, 0.08);
+    if (way_W.norm() > 0.05) Move(kRight, trocar_W - 0.05 * out_W, 0.2);
   }
 
   void TakeFundus() {
@@ -100,12 +102,13 @@ class RemovalSurgeon {
     Move(kLeft, tips_W_[kLeft] + length * away_W_, 0.03);
     Step(20);
   }
-  /// Burns a layer until a step of the exercise is done, the samples nearest to the fundus first.
+  /// Burns a layer until a step of the exercise is done, from the neck to the fundus.
   void Burn(Layer layer) {
     const std::size_t before = done();
     bool approached = false;
     for (int i = 0; i < 3000 && done() == before && !result().ended; ++i) {
       const Vector3d to_W = NextSample(layer);
+      if (to_W.x() == kNoSample) break;
       if (!approached) {
         Approach(to_W);
         approached = true;
@@ -130,30 +133,25 @@ class RemovalSurgeon {
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
   /// (rad) off the best roll, `past` (m) beyond the middle of the tube, and opens it again.
   void CloseOn(Duct duct, double arc, double turned = 0, double past = 0.005) {
-    const Rod& rod = RodOf(duct);
-    int i = 0;
-    while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;
-    const double share = (arc - rod.ArcLength(i)) / (rod.ArcLength(i + 1) - rod.ArcLength(i));
-    const Vector3d at_W = rod.node(i) + share * (rod.node(i + 1) - rod.node(i));
-    const Vector3d tangent_W = (rod.node(i + 1) - rod.node(i)).normalized();
-    const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - at_W).normalized();
-    const Vector3d tip_W = at_W - past * back_W;
-    const Matrix3d R_W0 =
-        Kinematics(kRight).Forward(Kinematics(kRight).Inverse(tip_W, 0, 1).joints).linear();
-    // The roll that lays the jaws' axis along the duct.
-    rolls_[kRight] = std::atan2(-tangent_W.dot(R_W0.col(0)), tangent_W.dot(R_W0.col(1))) + turned;
+    Vector3d tip_W = Aim(duct, arc, turned, past);
     Approach(tip_W);
+    // The instrument may have moved the duct.
+    for (int look = 0; look < 3; ++look) {
+      tip_W = Aim(duct, arc, turned, past);
+      Move(kRight, tip_W, 0.03);
+      Step(2);
+    }
     Jaws(kRight, 0);
     Step(2);
-    Move(kRight, tip_W + 0.03 * back_W, 0.15);
+    const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - tip_W).normalized();
+    Move(kRight, tip_W + 0.03 * back_W, 0.08);
     Jaws(kRight, 1);
     rolls_[kRight] = 0;
   }
   /// Returns the angle between the jaws' plane and the duct's normal plane at the best roll, rad.
   double BestAngle(Duct duct, double arc) const {
     const Rod& rod = RodOf(duct);
-    int i = 0;
-    while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;
+    const int i = SegmentAt(rod, arc);
     const Vector3d tangent_W = (rod.node(i + 1) - rod.node(i)).normalized();
     const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - rod.node(i)).normalized();
     return std::asin(std::min(1.0, std::abs(tangent_W.dot(back_W))));
@@ -176,18 +174,21 @@ class RemovalSurgeon {
     Step(30);
   }
 
-  /// The whole operation: returns the first step that it did not finish, or none of them.
+  /// The whole operation, up to a step that fails. Returns the number of steps done.
   std::size_t Operate() {
     TakeFundus();
     Lift(0.012);
     Burn(kTriangle);
     BackOff();
     Burn(kLowestThird);
+    if (done() < 4) return done();
     for (const Duct duct : {kCysticDuct, kCysticArtery}) {
+      const std::size_t before = done();
       Exchange(kClipApplier);
       for (const double arc : ClipsOf(duct)) CloseOn(duct, arc);
       Exchange(kScissors);
       CloseOn(duct, CutOf(duct));
+      if (done() < before + 2) return done();
     }
     Exchange(kHook);
     Burn(kRest);
@@ -198,7 +199,7 @@ class RemovalSurgeon {
   /// Returns the places of the clips (m), those that stay in the body first.
   std::array<double, 3> ClipsOf(Duct duct) const {
     const double length = RodOf(duct).rest_length();
-    if (duct == kCysticArtery) return {0.0045, 0.0080, 0.0135};
+    if (duct == kCysticArtery) return {0.0085, 0.0117, 0.0150};
     return {length - 0.007, length - 0.0105, length - 0.017};
   }
   double CutOf(Duct duct) const {
@@ -207,19 +208,42 @@ class RemovalSurgeon {
   }
 
  private:
+  static constexpr double kNoSample = 1;
+
   const OrganModel& Gallbladder() const { return session_.model().organs()[1]; }
   const ImpulseEngineKinematics& Kinematics(std::size_t hand) const {
     return session_.model().kinematics(hand);
   }
+  static int SegmentAt(const Rod& rod, double arc) {
+    int i = 0;
+    while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;
+    return i;
+  }
+  // Returns the tip's place, and turns the jaws' axis along the duct.
+  Vector3d Aim(Duct duct, double arc, double turned, double past) {
+    const Rod& rod = RodOf(duct);
+    const int i = SegmentAt(rod, arc);
+    const double share = (arc - rod.ArcLength(i)) / (rod.ArcLength(i + 1) - rod.ArcLength(i));
+    const Vector3d at_W = rod.node(i) + share * (rod.node(i + 1) - rod.node(i));
+    const Vector3d tangent_W = (rod.node(i + 1) - rod.node(i)).normalized();
+    const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - at_W).normalized();
+    const Vector3d tip_W = at_W - past * back_W;
+    const Matrix3d R_W0 =
+        Kinematics(kRight).Forward(Kinematics(kRight).Inverse(tip_W, 0, 1).joints).linear();
+    rolls_[kRight] = std::atan2(-tangent_W.dot(R_W0.col(0)), tangent_W.dot(R_W0.col(1))) + turned;
+    return tip_W;
+  }
   // Comes along the shaft.
   void Approach(const Vector3d& to_W) {
     const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - to_W).normalized();
-    Move(kRight, to_W + 0.03 * back_W, 0.25);
-    Move(kRight, to_W, 0.1);
+    Move(kRight, to_W + 0.03 * back_W, 0.2);
+    Move(kRight, to_W, 0.08);
   }
-  // Returns the middle of the sample left that is farthest from the head.
+  // Returns the middle of the sample left that is nearest to the head, from the neck to the fundus; in the
+  // triangle that which is deepest, so that the hook is on its way out.
   Vector3d NextSample(Layer wanted) const {
-    Vector3d next_W = Vector3d::Constant(1);
+    Vector3d next_W = Vector3d::Constant(kNoSample);
+    double least = std::numeric_limits<double>::infinity();
     for (const AttachmentLink& link : session_.links()) {
       const AttachmentJoint& joint = link.joint();
       for (std::size_t l = 0; l < joint.layers().size(); ++l) {
@@ -234,7 +258,12 @@ class RemovalSurgeon {
                                   session_.organ(o).vertices,
                                   session_.model().organs()[o].rest().triangles);
           }
-          if (middle_W.y() < next_W.y()) next_W = middle_W;
+          const double rank = wanted == kTriangle
+                                  ? -(middle_W - Kinematics(kRight).p_trocar_W()).norm()
+                                  : -middle_W.y();
+          if (rank >= least) continue;
+          least = rank;
+          next_W = middle_W;
         }
       }
     }

@@ -31,7 +31,7 @@ const char* const kBadClip = "clip oblique, loose, or too near to a clip or the 
 Scene CoarseScene() {
   Scene scene = LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/gallbladder_removal.toml");
   for (OrganOptions& organ : scene.organs) {
-    organ.lattice.cells = {4, 5, 4};
+    organ.lattice.cells = {4, organ.name == "liver" ? 4 : 7, 4};
     organ.lattice.local.functions = 0;
   }
   scene.instruments[Surgeon::kRight].geometry.power = 400;
