@@ -257,7 +257,7 @@ void DeformationLoop::Deform(double dt) {
   for (OrganStep& organ : organs_) organ.RelocateVertices(record_.number);
 }
 
-// Organs that no layer and no duct holds any more touch what they hung on.
+// Organs that no layer holds any more touch what they hung on.
 void DeformationLoop::LetGo() {
   for (const AttachmentLink& link : links()) {
     for (std::size_t m = 0; m < link.joint().members().size(); ++m) {
@@ -280,8 +280,11 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
     std::optional<AttachedCompliance> attached;
     for (const AttachmentLink& link : links()) {
       const int member = link.joint().MemberOf(static_cast<int>(o));
-      if (member < 0 || !state.attached) continue;
-      attached.emplace(*state.relaxation->compliance(), link.state(), member, &attached_work_);
+      if (member < 0) continue;
+      const bool let_go = link.HasLetGo(ToSize(member));
+      if (let_go && !link.HasDucts(ToSize(member))) continue;
+      attached.emplace(*state.relaxation->compliance(), link.state(), member, &attached_work_,
+                       let_go ? state.relaxation->Rotation() : Matrix3d::Identity());
     }
     const LatticeCompliance& free = attached ? static_cast<const LatticeCompliance&>(*attached)
                                              : *state.relaxation->compliance();

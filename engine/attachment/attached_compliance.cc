@@ -10,6 +10,12 @@ void AttachedCompliance::LoadModes(int i, const SparseRow& b) const {
   for (std::size_t k = 0; k < b.control_points.size(); ++k) {
     const int a = b.control_points[k];
     if (3 * a >= member_.unknowns()) break;
+    if (turned_) {
+      const Matrix3d turned = b.weights[k] * R_WF_.transpose();
+      modes += member_.response.middleRows<3>(3 * a).transpose().lazyProduct(turned);
+      tied += member_.tied.middleRows<3>(3 * a).transpose().lazyProduct(turned);
+      continue;
+    }
     modes += b.weights[k] * member_.response.middleRows<3>(3 * a).transpose();
     tied += b.weights[k] * member_.tied.middleRows<3>(3 * a).transpose();
   }
@@ -19,7 +25,15 @@ void AttachedCompliance::TakeLayers(Eigen::Ref<Eigen::VectorXd> response) const 
   auto w = work_.w.head(unknowns_);
   state_.Settle(w);
   state_.ForcesOf(w, work_.q.head(unknowns_));
-  response.head(member_.unknowns()).noalias() -= member_.response * work_.q.head(unknowns_);
+  const auto q = work_.q.head(unknowns_);
+  if (!turned_) {
+    response.head(member_.unknowns()).noalias() -= member_.response * q;
+    return;
+  }
+  for (Eigen::Index i = 0; i < member_.unknowns(); i += 3) {
+    const Vector3d moved_F = member_.response.middleRows<3>(i) * q;
+    response.segment<3>(i) -= R_WF_ * moved_F;
+  }
 }
 
 void AttachedCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
@@ -66,7 +80,9 @@ void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
     auto load = loads.col(c);
     work_.w.setZero();
     for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
-      if (load[i] != 0) work_.w.head(unknowns_) += load[i] * member_.tied.row(i).transpose();
+      const double along =
+          turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
+      if (along != 0) work_.w.head(unknowns_) += along * member_.tied.row(i).transpose();
     }
     free_.SolveLoads(load);
     TakeLayers(load);

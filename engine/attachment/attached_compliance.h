@@ -27,14 +27,17 @@ class AttachedCompliance final : public LatticeCompliance {
     AttachmentState::FewColumns few;  // 3r rows, scratch
     Eigen::VectorXd w, q;             // 3r
   };
-  /// `free`: H of the organ; `member`: its number in the joint. All must outlive this.
+  /// `free`: H of the organ; `member`: its number in the joint. All must outlive this. `R_WF`: the
+  /// member's frame once its layers have let it go.
   AttachedCompliance(const LatticeCompliance& free, const AttachmentState& state, int member,
-                     Work* work)
+                     Work* work, const Matrix3d& R_WF = Matrix3d::Identity())
       : free_(free),
         state_(state),
         member_(state.joint().members()[static_cast<std::size_t>(member)]),
         unknowns_(3 * state.joint().modes()),
-        work_(*work) {}
+        work_(*work),
+        R_WF_(R_WF),
+        turned_(R_WF != Matrix3d::Identity()) {}
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
   void RespondInPart(int i, const SparseRow& b,
@@ -60,6 +63,8 @@ class AttachedCompliance final : public LatticeCompliance {
   const AttachmentJoint::Member& member_;
   Eigen::Index unknowns_;  // 3r; the work may be larger
   Work& work_;
+  Matrix3d R_WF_;
+  bool turned_;
 };
 
 }  // namespace hpdm

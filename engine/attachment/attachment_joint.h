@@ -63,7 +63,11 @@ class AttachmentJoint {
     std::shared_ptr<const DuctModel> model;
     std::array<int, 2> members{-1, -1};
     Eigen::Index first_mode = 0;  ///< Of those of its ends that lattices hold.
-    /// Returns the number of modes; modes of `a` come first.
+    /// Returns the first mode of an end that a lattice holds.
+    Eigen::Index FirstModeOf(std::size_t end) const {
+      return first_mode + (end == 1 && model->IsHeldByLattice(0) ? DuctModel::Hold::kRows : 0);
+    }
+    /// Returns the number of modes.
     Eigen::Index modes() const {
       return DuctModel::Hold::kRows *
              (Eigen::Index{model->IsHeldByLattice(0)} + Eigen::Index{model->IsHeldByLattice(1)});

@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -12,6 +13,8 @@ namespace {
 
 // The least stiffness of a held duct over its largest.
 constexpr double kLeastHeldShare = 1e-4;
+// N. The forces of a rod in equilibrium are so much off.
+constexpr double kNoForce = 1e-6;
 
 bool IsOf(std::size_t member, const std::array<int, 2>& members) {
   return members[0] == static_cast<int>(member) || members[1] == static_cast<int>(member);
@@ -35,8 +38,20 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
       offset_(apart_),
       free_(offset_),
       w_(offset_),
-      q_(offset_) {
+      q_(offset_),
+      relief_(offset_) {
+  Eigen::Index unknowns = 0;
+  for (std::size_t m = 0; m < let_go_.size(); ++m) {
+    if (HasDucts(m)) unknowns = std::max(unknowns, state_.joint().members()[m].unknowns());
+  }
+  moved_.setZero(unknowns);
   state_.Report(w_, outcomes_);  // the weight that the layers bear
+}
+
+bool AttachmentLink::HasDucts(std::size_t member) const {
+  return std::ranges::any_of(joint().ducts(), [&](const AttachmentJoint::Duct& duct) {
+    return IsOf(member, duct.members);
+  });
 }
 
 bool AttachmentLink::IsMovedApart(std::span<const Vector3d> offsets_W) const {
@@ -57,7 +72,7 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
   for (std::size_t m = 0; m < bodies.size(); ++m) {
     bodies_[m] = bodies[m];
     const Vector3d apart_W = offsets_W[m] - offsets_W[0];
-    if (apart_W.isZero(0)) continue;
+    if (apart_W.isZero(0) || HasLetGo(m)) continue;
     const Eigen::VectorXd& excited = joint().members()[m].offset;
     for (Eigen::Index j = 0; j < excited.size(); ++j) {
       apart_.segment<3>(3 * j) += excited[j] * apart_W;
@@ -68,8 +83,20 @@ void AttachmentLink::Begin(std::span<const Vector3d> offsets_W, std::span<const 
     DuctState& duct = state_.ducts()[d];
     for (std::size_t end = 0; end < 2; ++end) {
       const int member = joint().ducts()[d].members[end];
-      if (member < 0 || duct.HasLetGo(end)) continue;
-      duct.SetOffset(end, offsets_W[duct.model().IsHeldByLattice(end) ? 0 : ToSize(member)]);
+      if (member < 0) continue;
+      const bool joined = duct.model().IsHeldByLattice(end) && !HasLetGo(ToSize(member));
+      duct.SetOffset(end, offsets_W[joined ? 0 : ToSize(member)]);
+    }
+  }
+}
+
+// Moves all ducts with their organs. The frames of those let go are where these would be without forces.
+void AttachmentLink::MoveFrames(std::span<const BodyInStep> bodies) {
+  for (std::size_t d = 0; d < joint().ducts().size(); ++d) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      const int member = joint().ducts()[d].members[end];
+      if (member < 0 || !HasLetGo(ToSize(member))) continue;
+      ducts()[d].SetFrame(end, bodies[ToSize(bodies_[ToSize(member)])].body->PredictedFrame());
     }
   }
   state_.MoveDucts(w_);
@@ -116,10 +143,11 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
   same_ = true;
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
     const AttachmentJoint::Member& member = joint().members()[m];
-    if (member.unknowns() == 0 || HasLetGo(m)) continue;
+    if (member.unknowns() == 0 || (HasLetGo(m) && !HasDucts(m))) continue;
     const BodyInStep& body = bodies[static_cast<std::size_t>(bodies_[m])];
     HPDM_CHECK(body.input.yield == 1 && body.input.free == nullptr);
     const auto weights = body.contacts->Weights();
+    const Matrix3d R_FW = body.body->PredictedFrame().linear().transpose();
     for (const ContactSolver::Side& side : solver.sides(bodies_[m])) {
       const auto k = static_cast<Eigen::Index>(column_count_);
       equations_[column_count_++] = side.equation;
@@ -128,16 +156,16 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
       along.setZero();
       tied_along.setZero();
       tied.setZero();
+      const Vector3d axis = HasLetGo(m) ? Vector3d(R_FW * side.axis_W) : side.axis_W;
+      const Vector3d force = HasLetGo(m) ? Vector3d(R_FW * side.force_W) : side.force_W;
       for (Eigen::Index a = 0; 3 * a < member.unknowns(); ++a) {
         const double weight = weights(side.row, a);
         if (weight == 0) continue;
         const auto response = member.response.middleRows<3>(3 * a);
         const auto ties = member.tied.middleRows<3>(3 * a);
-        along.noalias() += response.transpose() * (weight * side.axis_W);
-        tied_along.noalias() += ties.transpose() * (weight * side.axis_W);
-        if (side.force_W != side.axis_W) {
-          tied.noalias() += ties.transpose() * (weight * side.force_W);
-        }
+        along.noalias() += response.transpose() * (weight * axis);
+        tied_along.noalias() += ties.transpose() * (weight * axis);
+        if (side.force_W != side.axis_W) tied.noalias() += ties.transpose() * (weight * force);
       }
       if (side.force_W == side.axis_W) tied = tied_along;
     }
@@ -152,8 +180,10 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
 
 void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
   if (round_++ == 0) {
+    MoveFrames(bodies);
     FillColumns(bodies, *solver);
     AddFreeDisplacements(bodies);
+    apart_ += relief_;
     offset_.noalias() = joint().stiffness() * apart_;
   }
   state_.Refactor();
@@ -198,66 +228,122 @@ bool AttachmentLink::Advance(const ContactSolver& solver) {
 void AttachmentLink::End(std::span<BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
     const AttachmentJoint::Member& member = joint().members()[m];
-    if (member.unknowns() == 0 || HasLetGo(m)) continue;
-    Points* U = bodies[static_cast<std::size_t>(bodies_[m])].U;
-    Eigen::Map<Eigen::VectorXd>(U->data(), member.unknowns()).noalias() -= member.response * q_;
+    if (member.unknowns() == 0 || (HasLetGo(m) && !HasDucts(m))) continue;
+    const BodyInStep& body = bodies[static_cast<std::size_t>(bodies_[m])];
+    Eigen::Map<Eigen::VectorXd> U(body.U->data(), member.unknowns());
+    if (!HasLetGo(m)) {
+      U.noalias() -= member.response * q_;
+      continue;
+    }
+    ForcesOfDucts(m, &free_);
+    if (!(free_.cwiseAbs().maxCoeff() > kNoForce)) continue;
+    auto moved = moved_.head(member.unknowns());
+    moved.noalias() = member.response * free_;
+    const Matrix3d R_WF = body.body->PredictedFrame().linear();
+    for (Eigen::Index a = 0; a < U.size(); a += 3) {
+      U.segment<3>(a) -= R_WF * moved.segment<3>(a);
+    }
   }
   state_.Report(w_, outcomes_);
   LetGo(bodies);
-  LeadStumps(bodies);
 }
 
-bool AttachmentLink::IsHeld(std::size_t member) const {
-  for (std::size_t l = 0; l < joint().layers().size(); ++l) {
-    if (IsOf(member, joint().layers()[l].members) && !state_.IsTorn(l)) return true;
-  }
-  for (std::size_t d = 0; d < joint().ducts().size(); ++d) {
-    for (std::size_t end = 0; end < 2; ++end) {
-      const bool ends_here = joint().ducts()[d].members[end] == static_cast<int>(member);
-      if (ends_here && state_.ducts()[d].Leads(end)) return true;
-    }
-  }
-  return false;
-}
-
-// Lets go of free organs that nothing holds any more.
+// Lets go of free organs that no layer holds any more.
 void AttachmentLink::LetGo(std::span<BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
-    if (joint().members()[m].shape.size() == 0 || HasLetGo(m) || IsHeld(m)) continue;
+    if (joint().members()[m].shape.size() == 0 || HasLetGo(m)) continue;
+    const auto holds = [&](std::size_t l) {
+      const AttachmentJoint::Layer& layer = joint().layers()[l];
+      return layer.members[0] == static_cast<int>(m) || layer.members[1] == static_cast<int>(m);
+    };
+    bool held = false;
+    for (std::size_t l = 0; l < joint().layers().size(); ++l) {
+      held = held || (holds(l) && !state_.IsTorn(l));
+    }
+    if (held) continue;
     let_go_[m] = 1;
     for (std::size_t l = 0; l < joint().layers().size(); ++l) {
-      if (IsOf(m, joint().layers()[l].members)) state_.TakeAway(l);
-    }
-    for (std::size_t d = 0; d < joint().ducts().size(); ++d) {
-      for (std::size_t end = 0; end < 2; ++end) {
-        if (joint().ducts()[d].members[end] == static_cast<int>(m)) ducts()[d].LetGo(end);
-      }
+      if (holds(l)) state_.TakeAway(l);
     }
     const BodyInStep& body = bodies[ToSize(bodies_[m])];
-    body.body->TakeMoved(*body.U);
+    body.body->TakeMoved(body.U);
     body.body->SetHeld(false);
+    if (!HasDucts(m)) continue;
+    body.body->Tie();
+    FindRelief(m);
   }
 }
 
-// Moves the stumps of ducts with the organs that have left.
-void AttachmentLink::LeadStumps(std::span<const BodyInStep> bodies) {
+// From now on the modes of the member's ducts are displacements in its frame.
+void AttachmentLink::FindRelief(std::size_t member) {
+  state_.Refactor();
+  free_.setZero();
+  state_.AddConstantForces(free_);
+  q_.setZero();
+  for (const AttachmentJoint::Layer& layer : joint().layers()) {
+    if (!IsOf(member, layer.members)) continue;
+    const Eigen::Index first = 3 * layer.first_mode, count = 3 * layer.samples.rows();
+    q_.segment(first, count) = free_.segment(first, count);
+  }
+  const AttachmentJoint::Member& freed = joint().members()[member];
+  auto moved = moved_.head(freed.unknowns());
+  moved.noalias() = freed.response * q_;
+  for (const AttachmentJoint::Duct& duct : joint().ducts()) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      if (duct.members[end] != static_cast<int>(member)) continue;
+      const Eigen::Index first = duct.FirstModeOf(end);
+      w_.segment(3 * first, 3 * DuctModel::Hold::kRows).setZero();
+      for (Eigen::Index j = first; j < first + DuctModel::Hold::kRows; ++j) {
+        for (Eigen::Index a = 0; a < freed.shape.cols(); ++a) {
+          relief_.segment<3>(3 * j) += freed.shape(j, a) * moved.segment<3>(3 * a);
+        }
+      }
+    }
+  }
+}
+
+// Fills q with the last solution's forces of ducts on the member, N.
+void AttachmentLink::ForcesOfDucts(std::size_t member, Eigen::VectorXd* q) const {
+  q->setZero();
+  for (const AttachmentJoint::Duct& duct : joint().ducts()) {
+    for (std::size_t end = 0; end < 2; ++end) {
+      if (duct.members[end] != static_cast<int>(member)) continue;
+      const Eigen::Index first = 3 * duct.FirstModeOf(end), count = 3 * DuctModel::Hold::kRows;
+      q->segment(first, count) = q_.segment(first, count);
+    }
+  }
+}
+
+// Moves the ducts of members let go to where these have come.
+void AttachmentLink::Follow(std::span<const BodyInStep> bodies) {
   for (std::size_t d = 0; d < joint().ducts().size(); ++d) {
     const AttachmentJoint::Duct& joined = joint().ducts()[d];
     DuctState& duct = ducts()[d];
+    bool moves = false;
+    auto w = q_.head(duct.unknowns());
+    w = w_.segment(3 * joined.first_mode, duct.unknowns());
     for (std::size_t end = 0; end < 2; ++end) {
-      if (!duct.HasLetGo(end)) continue;
-      const Points& U = *bodies[ToSize(bodies_[ToSize(joined.members[end])])].U;
-      Eigen::Matrix<double, 12, 1> w = Eigen::Matrix<double, 12, 1>::Zero();
+      const int member = joined.members[end];
+      if (member < 0 || !HasLetGo(ToSize(member))) continue;
+      const BodyInStep& body = bodies[ToSize(bodies_[ToSize(member)])];
+      const Isometry3d X_WF = body.body->Frame();
+      const DuctModel::Hold& hold = joined.model->holds[end];
+      const Vector3d p_rest_W = joined.model->rod.rest_ends()[end].p_W;
+      const Eigen::Index first = 3 * (joined.FirstModeOf(end) - joined.first_mode);
       for (int r = 0; r < DuctModel::Hold::kRows; ++r) {
-        for (const auto& [column, value] : joined.model->holds[end].rows[ToSize(r)]) {
-          w.segment<3>(3 * r) += value * U.row(column).transpose();
+        // The rows of the rigid motion.
+        Vector3d moved_W = -(X_WF * p_rest_W - p_rest_W);
+        if (r > 0) moved_W = hold.length * (Vector3d::Unit(r - 1) - X_WF.linear().col(r - 1));
+        for (const auto& [column, value] : hold.rows[ToSize(r)]) {
+          moved_W += value * body.U->row(column).transpose();
         }
+        w.segment<3>(first + 3 * r) = X_WF.linear().transpose() * moved_W;
       }
-      if (w.allFinite()) duct.Lead(end, w);
+      if (!w.allFinite()) w.setZero();
+      duct.SetFrame(end, X_WF);
+      moves = true;
     }
-    if (duct.HasLetGo(0) || duct.HasLetGo(1)) {
-      duct.Follow(w_.segment(3 * joined.first_mode, duct.unknowns()));
-    }
+    if (moves) duct.Follow(w);
   }
 }
 
@@ -265,6 +351,7 @@ void AttachmentLink::Keep() {
   HPDM_CHECK(kept_.has_value());
   state_.Keep(&kept_->state);
   kept_->w = w_;
+  kept_->relief = relief_;
   kept_->let_go = let_go_;
 }
 
@@ -272,6 +359,7 @@ void AttachmentLink::TakeBack() {
   HPDM_CHECK(kept_.has_value());
   state_.TakeBack(kept_->state);
   w_ = kept_->w;
+  relief_ = kept_->relief;
   let_go_ = kept_->let_go;
 }
 

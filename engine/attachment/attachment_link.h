@@ -27,16 +27,18 @@ class AttachmentLink final : public BodyLink {
   /// After the last step, for each of the joint's layers.
   std::span<const AttachmentOutcome> outcomes() const { return outcomes_; }
 
-  /// True once nothing holds a free organ any more: it has left the joint. A layer holds it until it is
-  /// torn, a duct as long as it leads to another organ, the world or a tool. A stump then follows it.
+  /// True once all layers of a free organ are torn. It then moves in its own frame; its ducts still pull
+  /// it there until they are cut, and their stumps go with it.
   bool HasLetGo(std::size_t member) const { return let_go_[member] != 0; }
+  /// True if one of the ducts ends in the member.
+  bool HasDucts(std::size_t member) const;
   /// The joint's ducts, to clip, cut and hold them between two steps.
   std::span<DuctState> ducts() { return state_.ducts(); }
   /// Returns the compliance of a held node of a duct with all that holds it, m/N, after a step.
   Matrix3d ComplianceOf(std::size_t duct, int node);
 
   /// Makes room for Keep(). Set-up only.
-  void MayRepeat() { kept_.emplace(Kept{state_.KeptState(), w_, let_go_}); }
+  void MayRepeat() { kept_.emplace(Kept{state_.KeptState(), w_, relief_, let_go_}); }
   /// Keeps the state before a step, only after MayRepeat(), and returns to it: the step's first solution
   /// was rejected, and Begin() follows.
   void Keep();
@@ -60,6 +62,7 @@ class AttachmentLink final : public BodyLink {
   void Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) override;
   bool Advance(const ContactSolver& solver) override;
   void End(std::span<BodyInStep> bodies) override;
+  void Follow(std::span<const BodyInStep> bodies) override;
 
  private:
   double Acted(double share) {
@@ -68,9 +71,10 @@ class AttachmentLink final : public BodyLink {
   }
   void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
   void AddFreeDisplacements(std::span<const BodyInStep> bodies);
-  bool IsHeld(std::size_t member) const;
   void LetGo(std::span<BodyInStep> bodies);
-  void LeadStumps(std::span<const BodyInStep> bodies);
+  void FindRelief(std::size_t member);
+  void MoveFrames(std::span<const BodyInStep> bodies);
+  void ForcesOfDucts(std::size_t member, Eigen::VectorXd* q) const;
 
   AttachmentState state_;
   bool acted_ = false;
@@ -86,18 +90,22 @@ class AttachmentLink final : public BodyLink {
   WorkMatrix tied_compliance_;       // sides x sides, m/N: along^T tied
   AttachmentState::FewColumns few_;  // 3r rows, scratch
   std::vector<char> let_go_;         // of each member
-  struct Kept {
-    AttachmentState::Kept state;
-    Eigen::VectorXd w;
-    std::vector<char> let_go;
-  };
-  std::optional<Kept> kept_;  // before the step
   bool same_ = true;                 // no side has friction: its force is along its axis
   // 3r: the modes' displacements without forces, by offsets and free motion.
   Eigen::VectorXd apart_;
   Eigen::VectorXd offset_;  // 3r: G^-1 times them
   Eigen::VectorXd free_;    // 3r: those displacements with the layers
   Eigen::VectorXd w_, q_;   // 3r: of the last solution
+  // 3r: displacements by which the torn layers' constant forces would move the ducts' modes of the
+  // members let go. These forces act on the other members alone.
+  Eigen::VectorXd relief_;
+  Eigen::VectorXd moved_;  // 3n of the largest member with ducts, scratch
+  struct Kept {
+    AttachmentState::Kept state;
+    Eigen::VectorXd w, relief;
+    std::vector<char> let_go;
+  };
+  std::optional<Kept> kept_;  // before the step
 };
 
 }  // namespace hpdm

@@ -5,8 +5,6 @@
 #include <cmath>
 #include <utility>
 
-#include "engine/base/check.h"
-
 namespace hpdm {
 namespace {
 
@@ -21,10 +19,7 @@ constexpr double kClipStiffness = 100;
 
 DuctState::DuctState(std::shared_ptr<const DuctModel> model)
     : model_(std::move(model)), rod_(model_->rod), frames_(rod_.rest_ends()) {
-  for (std::size_t end = 0; end < 2; ++end) {
-    unknowns_ += model_->IsHeldByLattice(end) ? 12 : 0;
-    led_[end].setZero();
-  }
+  for (std::size_t end = 0; end < 2; ++end) unknowns_ += model_->IsHeldByLattice(end) ? 12 : 0;
   map_.setZero(12, unknowns_);
   w_.setZero(unknowns_);
   constant_ = forces_ = w_;
@@ -32,31 +27,9 @@ DuctState::DuctState(std::shared_ptr<const DuctModel> model)
   Follow(Eigen::VectorXd::Zero(unknowns_));
 }
 
-// True if there is no gap between two nodes.
-bool DuctState::IsWhole(int first, int last) const {
-  for (int i = first; i < last; ++i) {
-    if (!rod_.IsSegment(i)) return false;
-  }
-  return true;
-}
-
-bool DuctState::Leads(std::size_t end) const {
-  const int last = rod_.nodes() - 1;
-  for (int i = 0; i <= last; ++i) {
-    const bool reached = end == 0 ? IsWhole(0, i) : IsWhole(i, last);
-    if (reached && (rod_.IsHeld(i) || i == (end == 0 ? last : 0))) return true;
-  }
-  return false;
-}
-
-void DuctState::LetGo(std::size_t end) {
-  HPDM_CHECK(model_->IsHeldByLattice(end) && !Leads(end));
-  const Eigen::Index at = end == 1 && model_->IsHeldByLattice(0) ? 12 : 0;
-  let_go_[end] = true;
-  led_[end] = w_.segment<12>(at);
-  offsets_W_[end].setZero();
-  map_.middleCols<12>(at).setZero();
-  changed_ = true;
+void DuctState::SetFrame(std::size_t end, const Isometry3d& X_WF) {
+  X_WF_[end] = X_WF;
+  has_frame_[end] = true;
 }
 
 // Fills the ends' frames and their map. True if they differ from the last ones.
@@ -67,12 +40,19 @@ bool DuctState::FindFrames(const Eigen::Ref<const Eigen::VectorXd>& w) {
     const Rod::Frame& rest = rod_.rest_ends()[end];
     Rod::Frame frame = rest;
     if (model_->IsHeldByLattice(end)) {
-      Eigen::Matrix<double, 12, 1> own = led_[end];
-      if (!let_go_[end]) own = w.segment<12>(at);
-      const EndMotion motion = EndMotionOf(rest, model_->holds[end].length, own, turns_[end]);
+      const EndMotion motion =
+          EndMotionOf(rest, model_->holds[end].length, w.segment<12>(at), turns_[end]);
       frame = motion.frame;
       turns_[end] = motion.turn;
-      if (!let_go_[end]) map_.block<6, 12>(static_cast<Eigen::Index>(6 * end), at) = motion.map;
+      auto map = map_.block<6, 12>(static_cast<Eigen::Index>(6 * end), at);
+      map = motion.map;
+      if (has_frame_[end]) {
+        const Matrix3d R_WF = X_WF_[end].linear();
+        frame.p_W = X_WF_[end] * frame.p_W;
+        frame.R_W = R_WF * frame.R_W;
+        map.topRows<3>() = R_WF * motion.map.topRows<3>();
+        map.bottomRows<3>() = R_WF * motion.map.bottomRows<3>();
+      }
       at += 12;
     }
     frame.p_W += offsets_W_[end];
@@ -86,7 +66,8 @@ bool DuctState::Follow(const Eigen::Ref<const Eigen::VectorXd>& w) {
   const bool moved = FindFrames(w);
   if (!moved && !changed_) return true;
   const Vector predicted = constant_ + stiffness_ * w;
-  at_rest_ = rod_.cuts() == 0 && !rod_.HoldsNode() && w.isZero(kRest) &&
+  at_rest_ = rod_.cuts() == 0 && !rod_.HoldsNode() && !has_frame_[0] && !has_frame_[1] &&
+             w.isZero(kRest) &&
              offsets_W_[0].isZero(kRest) && offsets_W_[1].isZero(kRest);
   bool unsettled = false;
   if (at_rest_) {
@@ -167,10 +148,7 @@ int DuctState::Cut(double arc) {
 
 int DuctState::NodeToHold(double arc) const {
   const int node = InnerNodeAt(arc);
-  if (node < 0 || rod_.IsHeld(node)) return -1;
-  if (let_go_[0] && IsWhole(0, node)) return -1;
-  if (let_go_[1] && IsWhole(node, rod_.nodes() - 1)) return -1;
-  return node;
+  return node < 0 || rod_.IsHeld(node) ? -1 : node;
 }
 
 void DuctState::MoveHeld(int node, const Vector3d& place_W) {

@@ -30,15 +30,9 @@ class DuctState {
   const Rod& rod() const { return rod_; }
   Eigen::Index unknowns() const { return unknowns_; }
 
-  /// True if the rod leads from an end to the other one or to a node that a tool holds.
-  bool Leads(std::size_t end) const;
-  /// Lets go of an end that a lattice holds and that leads nowhere: it exerts no force any more and
-  /// follows Lead(). Its part cannot be held from now on.
-  void LetGo(std::size_t end);
-  bool HasLetGo(std::size_t end) const { return let_go_[end]; }
-  /// Moves such an end by the displacements of its rows, m, at the next Follow().
-  void Lead(std::size_t end, const Eigen::Matrix<double, 12, 1>& w) { led_[end] = w; }
-
+  /// Gives the lattice that holds an end a moving frame: the point p at rest is at X_WF p, and w is
+  /// measured in that frame.
+  void SetFrame(std::size_t end, const Isometry3d& X_WF);
   /// Moves what holds an end by an offset in addition to w, m.
   void SetOffset(std::size_t end, const Vector3d& offset_W) { offsets_W_[end] = offset_W; }
   /// Takes the displacements w of the ends' rows (m) and linearises about them. True if the forces
@@ -57,8 +51,7 @@ class DuctState {
   /// Cuts the duct at the node nearest to an arc length at rest, m. Returns the node; those behind it
   /// have moved on by one. -1 beside an end, a gap or jaws, and after Rod::kMaxCuts cuts.
   int Cut(double arc);
-  /// Returns the node nearest to an arc length at rest (m) that can be held, or -1. A part that follows
-  /// an end let go cannot.
+  /// Returns the node nearest to an arc length at rest (m) that can be held, or -1.
   int NodeToHold(double arc) const;
   /// Holds a node at a place from the next step.
   void MoveHeld(int node, const Vector3d& place_W);
@@ -79,7 +72,6 @@ class DuctState {
 
  private:
   int InnerNodeAt(double arc) const;
-  bool IsWhole(int first, int last) const;
   bool FindFrames(const Eigen::Ref<const Eigen::VectorXd>& w);
   void Linearise(const Eigen::Ref<const Eigen::VectorXd>& w);
 
@@ -87,8 +79,8 @@ class DuctState {
   Rod rod_;
   Eigen::Index unknowns_ = 0;
   std::array<Vector3d, 2> offsets_W_{Vector3d::Zero(), Vector3d::Zero()};
-  std::array<bool, 2> let_go_{};
-  std::array<Eigen::Matrix<double, 12, 1>, 2> led_;  // of the ends let go
+  std::array<Isometry3d, 2> X_WF_{Isometry3d::Identity(), Isometry3d::Identity()};
+  std::array<bool, 2> has_frame_{};
   std::array<Rod::Frame, 2> frames_;
   std::array<Matrix3d, 2> turns_{Matrix3d::Identity(), Matrix3d::Identity()};
   Eigen::Matrix<double, 12, Eigen::Dynamic, 0, 12, kMaxUnknowns> map_;
@@ -97,7 +89,7 @@ class DuctState {
   Rod::EndVector gradient_ = Rod::EndVector::Zero();
   int clips_ = 0;
   bool at_rest_ = true;
-  bool changed_ = true;  // since the last Follow(), besides w and the offsets
+  bool changed_ = true;  // since the last Follow(), besides w, offsets and frames
 };
 
 }  // namespace hpdm

