@@ -102,7 +102,7 @@ class RemovalSurgeon {
     Move(kLeft, tips_W_[kLeft] + length * away_W_, 0.03);
     Step(20);
   }
-  /// Burns a layer until a step of the exercise is done, from the neck to the fundus.
+  /// Burns a layer until a step of the exercise is done, from its border.
   void Burn(Layer layer) {
     const std::size_t before = done();
     bool approached = false;
@@ -182,15 +182,20 @@ class RemovalSurgeon {
     BackOff();
     Burn(kLowestThird);
     if (done() < 4) return done();
+    BackOff();
+    Lift(-0.010);  // Without traction duct and artery lie across the clips.
     for (const Duct duct : {kCysticDuct, kCysticArtery}) {
       const std::size_t before = done();
       Exchange(kClipApplier);
-      for (const double arc : ClipsOf(duct)) CloseOn(duct, arc);
+      // The artery is narrower, and the neck is right behind it.
+      const double past = duct == kCysticArtery ? 0.002 : 0.004;
+      for (const double arc : ClipsOf(duct)) CloseOn(duct, arc, 0, past);
       Exchange(kScissors);
-      CloseOn(duct, CutOf(duct));
+      CloseOn(duct, CutOf(duct), 0, past);
       if (done() < before + 2) return done();
     }
     Exchange(kHook);
+    Lift(0.004);
     Burn(kRest);
     BackOff();
     TakeOut();
@@ -199,7 +204,7 @@ class RemovalSurgeon {
   /// Returns the places of the clips (m), those that stay in the body first.
   std::array<double, 3> ClipsOf(Duct duct) const {
     const double length = RodOf(duct).rest_length();
-    if (duct == kCysticArtery) return {0.0085, 0.0117, 0.0150};
+    if (duct == kCysticArtery) return {0.0085, 0.0116, 0.0147};
     return {length - 0.007, length - 0.0105, length - 0.017};
   }
   double CutOf(Duct duct) const {
@@ -208,7 +213,7 @@ class RemovalSurgeon {
   }
 
  private:
-  static constexpr double kNoSample = 1;
+  static constexpr double kNoSample = 1, kOffLiver = 0.0015;  // m
 
   const OrganModel& Gallbladder() const { return session_.model().organs()[1]; }
   const ImpulseEngineKinematics& Kinematics(std::size_t hand) const {
@@ -239,8 +244,8 @@ class RemovalSurgeon {
     Move(kRight, to_W + 0.03 * back_W, 0.2);
     Move(kRight, to_W, 0.08);
   }
-  // Returns the middle of the sample left that is nearest to the head, from the neck to the fundus; in the
-  // triangle that which is deepest, so that the hook is on its way out.
+  // Returns the place of the sample left that is nearest to the right hand's port; in the triangle that
+  // which is farthest, so that the hook is on its way out.
   Vector3d NextSample(Layer wanted) const {
     Vector3d next_W = Vector3d::Constant(kNoSample);
     double least = std::numeric_limits<double>::infinity();
@@ -251,19 +256,20 @@ class RemovalSurgeon {
         if (layer.bed.index != wanted) continue;
         for (int i = 0; i < layer.bed.size(); ++i) {
           if (link.state().Left(l, i) == 0) continue;
-          Vector3d middle_W = Vector3d::Zero();
+          // The fibres from the gallbladder to the liver. The tip stays by the liver, off the thin wall.
+          std::array<Vector3d, 2> ends_W;
           for (std::size_t side = 0; side < 2; ++side) {
             const auto o = ToSize(joint.members()[ToSize(layer.members[side])].organ);
-            middle_W += 0.5 * layer.bed.surface_points[side][ToSize(i)].Position(
-                                  session_.organ(o).vertices,
-                                  session_.model().organs()[o].rest().triangles);
+            ends_W[side] = layer.bed.surface_points[side][ToSize(i)].Position(
+                session_.organ(o).vertices, session_.model().organs()[o].rest().triangles);
           }
-          const double rank = wanted == kTriangle
-                                  ? -(middle_W - Kinematics(kRight).p_trocar_W()).norm()
-                                  : -middle_W.y();
+          const Vector3d fibre_W = ends_W[0] - ends_W[1];
+          const Vector3d place_W = ends_W[1] + std::min(0.5, kOffLiver / fibre_W.norm()) * fibre_W;
+          const double way = (place_W - Kinematics(kRight).p_trocar_W()).norm();
+          const double rank = wanted == kTriangle ? -way : way;
           if (rank >= least) continue;
           least = rank;
-          next_W = middle_W;
+          next_W = place_W;
         }
       }
     }
