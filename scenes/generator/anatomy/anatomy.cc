@@ -171,7 +171,6 @@ Anatomy::Anatomy(AnatomyVariant variant, std::uint64_t seed)
       SweptBall(nodes),
       Ellipsoid(Point(2, 30, -9.5), pouch * Point(7.5, 9.5, 7.5), {0, 1, 0}, {1, 0, 0}),
       5 * kMillimetre);
-  neck = InWorld(nodes[5].centre, gallbladder_position);
   fundus = InWorld(nodes[0].centre + Vector3d(0, -nodes[0].radius, 0), gallbladder_position);
   gallbladder = {"gallbladder", body, {1100, 600, 3e-3}, [body, at = nodes[5].centre] {
                    return GallbladderColour(*body, at);

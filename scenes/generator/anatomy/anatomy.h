@@ -60,7 +60,6 @@ struct Anatomy {
   /// the duct's lower part, the lymph node in Calot's triangle.
   std::vector<Organ> fixed;
   std::vector<Tube> tubes;  ///< The cystic duct and the cystic artery.
-  Vector3d neck;            ///< m, world: the middle of the gallbladder's neck.
   Vector3d fundus;          ///< m, world: its end below the liver's border.
 
   static constexpr double kTilt = -20;  ///< Degrees.

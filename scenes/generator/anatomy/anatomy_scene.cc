@@ -85,9 +85,9 @@ const char* const kGallbladder = R"(
 
 const char* const kBed = R"(young = 20000       # Pa
 thickness = 0.001   # m
-strength = 10000    # Pa
+strength = 20000    # Pa: the weight loads it with up to 10 kPa
 toughness = 45      # J/m^2
-reach = 0.004       # m
+reach = 0.006       # m
 
 )";
 

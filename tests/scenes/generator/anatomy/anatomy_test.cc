@@ -161,6 +161,15 @@ TEST_P(AnatomyOf, ArteryCrossesOnItsSideOfTheDuct) {
   }
 }
 
+TEST(Anatomy, TheGallbladderIsFreeAndNothingButBedAndTubesHoldsIt) {
+  const std::string text = AnatomySceneText(Anatomy(AnatomyVariant::kUsual, 0), "test");
+  const std::size_t begins = text.find("name = \"gallbladder\"");
+  const std::string organ = text.substr(begins, text.find("[[organ]]", begins) - begins);
+  EXPECT_NE(organ.find("[organ.free]"), std::string::npos);
+  EXPECT_EQ(organ.find("[[organ.support]]"), std::string::npos);
+  EXPECT_NE(text.find("gravity = [0.0, 0.0, -9.81]"), std::string::npos);
+}
+
 TEST(Anatomy, SeedsAreRepeatableAndDiffer) {
   const auto text = [](std::uint64_t seed) {
     return AnatomySceneText(Anatomy(AnatomyVariant::kUsual, seed), "test");
