@@ -14,7 +14,7 @@ namespace {
 
 namespace py = pybind11;
 
-const InstrumentOptions& Hand(const LockstepSession& session, std::size_t hand) {
+const InstrumentOptions& RequireHand(const LockstepSession& session, std::size_t hand) {
   const Scene& scene = session.model().scene();
   if (hand >= scene.instruments.size()) FailIndex("there is no such instrument");
   return scene.instruments[hand];
@@ -55,7 +55,7 @@ py::object ExerciseOf(const LockstepSession& session) {
 }
 
 void ExchangeTool(LockstepSession* session, std::size_t hand, int held) {
-  const InstrumentOptions& options = Hand(*session, hand);
+  const InstrumentOptions& options = RequireHand(*session, hand);
   const int count = options.HeldCount();
   if (held < 0 || held >= count) {
     FailIndex("instrument " + std::to_string(held) + " of hand \"" + options.name + "\": it has " +
@@ -65,7 +65,7 @@ void ExchangeTool(LockstepSession* session, std::size_t hand, int held) {
 }
 
 void PressPedal(LockstepSession* session, std::size_t hand, bool pressed) {
-  Hand(*session, hand);
+  RequireHand(*session, hand);
   session->Press(hand, pressed);
 }
 
