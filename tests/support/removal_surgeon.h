@@ -170,7 +170,7 @@ class RemovalSurgeon {
   /// Takes what the left hand holds towards its port.
   void TakeOut() {
     const Vector3d trocar_W = Kinematics(kLeft).p_trocar_W();
-    Move(kLeft, trocar_W + 0.035 * (tips_W_[kLeft] - trocar_W).normalized(), 0.05);
+    Move(kLeft, trocar_W + 0.028 * (tips_W_[kLeft] - trocar_W).normalized(), 0.05);
     Step(30);
   }
 
