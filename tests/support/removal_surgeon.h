@@ -167,14 +167,7 @@ class RemovalSurgeon {
     return *rod;
   }
 
-  /// Takes what the left hand holds towards its port.
-  void TakeOut() {
-    const Vector3d trocar_W = Kinematics(kLeft).p_trocar_W();
-    Move(kLeft, trocar_W + 0.035 * (tips_W_[kLeft] - trocar_W).normalized(), 0.05);
-    Step(30);
-  }
-
-  /// The whole operation, up to a step that fails. Returns the number of steps done.
+  /// The operation up to the free gallbladder, or to a step that fails. Returns the steps done.
   std::size_t Operate() {
     TakeFundus();
     Lift(0.012);
@@ -198,7 +191,6 @@ class RemovalSurgeon {
     Lift(0.004);
     Burn(kRest);
     BackOff();
-    TakeOut();
     return done();
   }
   /// Returns the places of the clips (m), those that stay in the body first.
