@@ -80,8 +80,7 @@ void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
     auto load = loads.col(c);
     work_.w.setZero();
     for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
-      const double along =
-          turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
+      const double along = turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
       if (along != 0) work_.w.head(unknowns_) += along * member_.tied.row(i).transpose();
     }
     free_.SolveLoads(load);

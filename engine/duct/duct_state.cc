@@ -67,8 +67,7 @@ bool DuctState::Follow(const Eigen::Ref<const Eigen::VectorXd>& w) {
   if (!moved && !changed_) return true;
   const Vector predicted = constant_ + stiffness_ * w;
   at_rest_ = rod_.cuts() == 0 && !rod_.HoldsNode() && !has_frame_[0] && !has_frame_[1] &&
-             w.isZero(kRest) &&
-             offsets_W_[0].isZero(kRest) && offsets_W_[1].isZero(kRest);
+             w.isZero(kRest) && offsets_W_[0].isZero(kRest) && offsets_W_[1].isZero(kRest);
   bool unsettled = false;
   if (at_rest_) {
     rod_.Reset();

@@ -73,7 +73,8 @@ FreeMotion MotionFrom(const FreeBody& body, const FreeBody::Motion& q,
                       const FreeBody::Motion& rate) {
   FreeMotion motion;
   const double slope = q.rotation.norm();  // of the points' ways, as tan of the best fit's angle
-  motion.R_WF = slope > 0 ? RotationBy(std::atan(slope) / slope * q.rotation) : RotationBy(q.rotation);
+  const double share = slope > 0 ? std::atan(slope) / slope : 1;
+  motion.R_WF = RotationBy(share * q.rotation);
   motion.p_W = body.p_centre_W + q.translation;
   motion.v_W = rate.translation;
   motion.momentum_W = motion.R_WF * (body.inertia * (motion.R_WF.transpose() * rate.rotation));

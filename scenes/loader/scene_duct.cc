@@ -12,15 +12,15 @@ constexpr double kMaxDuctRadius = 0.05;  // m
 
 // True if attachments lead from the organ to one that is not free: they bear its weight.
 bool IsBorne(const OrganOptions& organ, const std::vector<OrganOptions>& organs,
-                const std::vector<AttachmentOptions>& attachments) {
+             const std::vector<AttachmentOptions>& attachments) {
   std::vector<const OrganOptions*> reached = {&organ};
   for (std::size_t r = 0; r < reached.size(); ++r) {
     if (!reached[r]->free) return true;
     for (const AttachmentOptions& attachment : attachments) {
       const bool is_a = attachment.a == reached[r]->name;
       if (!is_a && attachment.b != reached[r]->name) continue;
-      const OrganOptions& other = *std::ranges::find(organs, is_a ? attachment.b : attachment.a,
-                                                     &OrganOptions::name);
+      const OrganOptions& other =
+          *std::ranges::find(organs, is_a ? attachment.b : attachment.a, &OrganOptions::name);
       if (std::ranges::find(reached, &other) == reached.end()) reached.push_back(&other);
     }
   }
@@ -30,8 +30,7 @@ bool IsBorne(const OrganOptions& organ, const std::vector<OrganOptions>& organs,
 // Reads the name of the organ that holds an end. Returns nullptr for the world.
 const OrganOptions* HolderOf(const TableReader& table, std::string_view key,
                              const std::vector<OrganOptions>& organs,
-                             const std::vector<AttachmentOptions>& attachments,
-                             std::string* name) {
+                             const std::vector<AttachmentOptions>& attachments, std::string* name) {
   if (!table.ReadString(key, name)) return nullptr;
   RequireOrgan(table, key, *name, organs);
   const OrganOptions& organ = *std::ranges::find(organs, *name, &OrganOptions::name);

@@ -27,8 +27,8 @@ const Vector3d kSides(0.03, 0.03, 0.02);
 struct BlockOnDucts {
   double scale = 1;  // of all lengths
   std::array<int, 3> cells = {3, 3, 3};
-  double drag = 3;           // 1/s
-  double wall_young = 3e5;   // Pa
+  double drag = 3;          // 1/s
+  double wall_young = 3e5;  // Pa
   double duct_length = 0.03;
 
   double Weight() const { return kDensity * std::pow(scale, 3) * kSides.prod() * kG; }
@@ -152,8 +152,8 @@ void BurnBed(const BlockOnDucts& block, OrganBench* bench, const ToolPose* first
 void CutDucts(const BlockOnDucts& block, bool both, OrganBench* bench) {
   const double middle = block.duct_length / 2;
   for (const double jaw : {1.0, 0.05}) {
-    bench->Step(std::array{block.Jaws(0, middle, jaw, 1), both ? block.Jaws(1, middle, jaw, 0)
-                                                              : None()});
+    bench->Step(
+        std::array{block.Jaws(0, middle, jaw, 1), both ? block.Jaws(1, middle, jaw, 0) : None()});
   }
   ASSERT_EQ(DuctOf(*bench, 0).Outcome().cuts, 1);
   ASSERT_EQ(DuctOf(*bench, 1).Outcome().cuts, both ? 1 : 0);
@@ -219,8 +219,7 @@ TEST_P(FreeOrganOnDucts, FallsWithDragOnceItsDuctsAreCutToo) {
   EXPECT_NEAR(speed, kG * kDt, 0.1 * kG * kDt);
   for (std::size_t k = 2; k < heights.size(); ++k) {
     const double t = static_cast<double>(k) * kDt;
-    const double fallen =
-        Fall(block.drag, t) + speed * -std::expm1(-block.drag * t) / block.drag;
+    const double fallen = Fall(block.drag, t) + speed * -std::expm1(-block.drag * t) / block.drag;
     EXPECT_NEAR(heights[0] - heights[k], fallen, 0.01 * fallen) << k;
   }
   EXPECT_LT(heights.back(), -0.5 * kG * 0.25) << "it is far below";

@@ -18,11 +18,11 @@ namespace {
 // join the two.
 struct PadBelow {
   bool layer = false;
-  double lift = 0;              // m/s^2, upwards: a gravity
-  double shake = 0;             // m: the plate's way along x
-  double strength = 10000;      // Pa
-  double tolerance = 1e-9;      // m: where damage grows, a step's rounds depend on the pad's
-  bool violent = false;         // jaws pull the pad too far, else they stay away
+  double lift = 0;          // m/s^2, upwards: a gravity
+  double shake = 0;         // m: the plate's way along x
+  double strength = 10000;  // Pa
+  double tolerance = 1e-9;  // m: where damage grows, a step's rounds depend on the pad's
+  bool violent = false;     // jaws pull the pad too far, else they stay away
   static constexpr double kLow = 0.0506, kHigh = kLow + 0.02;  // m: the block's faces
 
   void Start(OrganBench* bench) const {
@@ -94,11 +94,10 @@ Way WayOf(const PadBelow& pad, int steps) {
 }
 
 class RepeatedStep : public testing::TestWithParam<PadBelow> {};
-INSTANTIATE_TEST_SUITE_P(Cases, RepeatedStep,
-                         testing::Values(PadBelow{.lift = 0.3},
-                                         PadBelow{.layer = true, .shake = 0.004},
-                                         PadBelow{.layer = true, .shake = 0.02,
-                                                  .strength = 100, .tolerance = 2e-5}));
+INSTANTIATE_TEST_SUITE_P(
+    Cases, RepeatedStep,
+    testing::Values(PadBelow{.lift = 0.3}, PadBelow{.layer = true, .shake = 0.004},
+                    PadBelow{.layer = true, .shake = 0.02, .strength = 100, .tolerance = 2e-5}));
 
 TEST_P(RepeatedStep, MovesTheOthersOnce) {
   PadBelow pad = GetParam();
