@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "engine/base/check.h"
@@ -46,8 +44,6 @@ class RemovalSurgeon {
     }
     return names;
   }
-  /// Called after every step.
-  void OnStep(std::function<void()> on_step) { on_step_ = std::move(on_step); }
 
   void Step(int count = 1) {
     for (int i = 0; i < count; ++i) {
@@ -55,7 +51,6 @@ class RemovalSurgeon {
         session_.Command(t, Kinematics(t).Inverse(tips_W_[t], rolls_[t], jaws_[t]).joints);
       }
       session_.Step();
-      if (on_step_) on_step_();
     }
   }
   /// Moves a tip straight to a place (m) at a speed (m/s).
@@ -123,12 +118,6 @@ class RemovalSurgeon {
     }
     session_.Press(kRight, false);
     Step();
-  }
-  void BurnFor(double seconds) {
-    session_.Press(kRight, true);
-    Step(static_cast<int>(30 * seconds));
-    session_.Press(kRight, false);
-    Step(3);
   }
 
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
@@ -287,7 +276,6 @@ class RemovalSurgeon {
   Vector3d outward_W_, away_W_;
   std::array<Vector3d, 2> tips_W_;
   std::array<double, 2> rolls_{}, jaws_{1, 1};
-  std::function<void()> on_step_;
 };
 
 }  // namespace hpdm
