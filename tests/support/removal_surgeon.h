@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "engine/base/check.h"
@@ -25,11 +23,9 @@ class RemovalSurgeon {
 
   explicit RemovalSurgeon(LockstepSession* session) : session_(*session) {
     const Points& rest = Gallbladder().rest().vertices;
-    Eigen::Index nearest = 0;
     const Vector3d wanted(0.008, -0.110, 0.026), middle = rest.colwise().mean();
-    (rest.rowwise() - wanted.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
-    fundus_W_ = rest.row(nearest);
-    outward_W_ = (fundus_W_ - middle).normalized();
+    (rest.rowwise() - wanted.transpose()).rowwise().squaredNorm().minCoeff(&fundus_);
+    outward_W_ = (rest.row(fundus_).transpose() - middle).normalized();
     const Vector3d bed_W = session_.model().beds()[kRest].points_W[0].colwise().mean();
     away_W_ = (middle - bed_W).normalized();
     for (std::size_t t = 0; t < 2; ++t) {
@@ -48,8 +44,6 @@ class RemovalSurgeon {
     }
     return names;
   }
-  /// Called after every step.
-  void OnStep(std::function<void()> on_step) { on_step_ = std::move(on_step); }
 
   void Step(int count = 1) {
     for (int i = 0; i < count; ++i) {
@@ -57,7 +51,6 @@ class RemovalSurgeon {
         session_.Command(t, Kinematics(t).Inverse(tips_W_[t], rolls_[t], jaws_[t]).joints);
       }
       session_.Step();
-      if (on_step_) on_step_();
     }
   }
   /// Moves a tip straight to a place (m) at a speed (m/s).
@@ -92,9 +85,12 @@ class RemovalSurgeon {
     if (way_W.norm() > 0.05) Move(kRight, trocar_W - 0.05 * out_W, 0.2);
   }
 
+  /// Takes the fundus where it is now.
   void TakeFundus() {
-    Move(kLeft, fundus_W_ + 0.03 * outward_W_, 0.2);
-    Move(kLeft, fundus_W_ + 0.0015 * outward_W_, 0.03);
+    const OrganState& organ = session_.organ(1);
+    const Vector3d place_W = organ.vertices.row(fundus_);
+    Move(kLeft, place_W + 0.03 * outward_W_, 0.1);
+    Move(kLeft, place_W + 0.0015 * outward_W_, 0.03);
     Jaws(kLeft, 0);
     Step(20);
   }
@@ -122,12 +118,6 @@ class RemovalSurgeon {
     }
     session_.Press(kRight, false);
     Step();
-  }
-  void BurnFor(double seconds) {
-    session_.Press(kRight, true);
-    Step(static_cast<int>(30 * seconds));
-    session_.Press(kRight, false);
-    Step(3);
   }
 
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
@@ -167,7 +157,19 @@ class RemovalSurgeon {
     return *rod;
   }
 
-  /// The operation up to the free gallbladder, or to a step that fails. Returns the steps done.
+  /// Takes the gallbladder to the left hand's port, by a new hold if the old one is lost.
+  void TakeOut() {
+    if (session_.tools()[kLeft].kind != static_cast<int>(ContactKind::kGrasp)) {
+      Jaws(kLeft, 1);
+      Step(15);
+      TakeFundus();
+    }
+    const Vector3d trocar_W = Kinematics(kLeft).p_trocar_W();
+    Move(kLeft, trocar_W + 0.028 * (tips_W_[kLeft] - trocar_W).normalized(), 0.05);
+    Step(30);
+  }
+
+  /// The whole operation, up to a step that fails. Returns the number of steps done.
   std::size_t Operate() {
     TakeFundus();
     Lift(0.012);
@@ -191,6 +193,7 @@ class RemovalSurgeon {
     Lift(0.004);
     Burn(kRest);
     BackOff();
+    TakeOut();
     return done();
   }
   /// Returns the places of the clips (m), those that stay in the body first.
@@ -269,10 +272,10 @@ class RemovalSurgeon {
   }
 
   LockstepSession& session_;
-  Vector3d fundus_W_, outward_W_, away_W_;
+  Eigen::Index fundus_ = 0;  // vertex
+  Vector3d outward_W_, away_W_;
   std::array<Vector3d, 2> tips_W_;
   std::array<double, 2> rolls_{}, jaws_{1, 1};
-  std::function<void()> on_step_;
 };
 
 }  // namespace hpdm
