@@ -12,15 +12,15 @@
 namespace hpdm {
 namespace {
 
-constexpr Nanoseconds kPeriod = 33'333'333;
+constexpr Nanoseconds kStepPeriod = 33'333'333;
 constexpr double kLength = 0.03;  // m
 constexpr double kDegree = std::numbers::pi / 180;
 enum { kDuct, kArtery, kBranch };
-enum { kLiver, kBileDuct };
+enum { kLiverOrgan, kBileDuct };
 
 // The duct goes from the organ that is taken out into the body, the artery comes from the body; the
 // branch has no end at that organ.
-ExerciseOptions Exercise(const ExerciseErrorOptions& error) {
+ExerciseOptions DuctExercise(const ExerciseErrorOptions& error) {
   ExerciseOptions exercise;
   exercise.time_limit = 100;
   exercise.target_time = 20;
@@ -68,9 +68,9 @@ struct Act {
 };
 
 /// A session in which the second hand clips and cuts.
-class Course {
+class DuctCourse {
  public:
-  explicit Course(ExerciseOptions exercise) : evaluator_(std::move(exercise)) {
+  explicit DuctCourse(ExerciseOptions exercise) : evaluator_(std::move(exercise)) {
     sample_.tool_count = 2;
     Run({});
   }
@@ -84,7 +84,7 @@ class Course {
       contact.force_on_tissue_W = Vector3d(0.5, 0, 0);
     }
     for (int step = 0; step < 2; ++step) {
-      sample_.step.time_ns += kPeriod;
+      sample_.step.time_ns += kStepPeriod;
       evaluator_.Add(sample_);
       sample_.duct_actions[1] = {};
     }
@@ -138,7 +138,7 @@ const DuctCase kCases[] = {
     {"end_a_in_the_body", kBadClip, {}, {Clip(0.0034, kArtery)}, {Clip(0.0036, kArtery)}},
     {"end_at_the_organ", kBadClip, {}, {Clip(0.0034, kBranch)}, {Clip(0.001)}},
     {"wrong_duct", kWrongDuct, {}, {Clip(0.01, kBranch)}, {Clip(0.01, kArtery)}},
-    {"wrong_organ", kWrongOrgan, {}, {Lost(), kBileDuct}, {Lost(), kLiver}},
+    {"wrong_organ", kWrongOrgan, {}, {Lost(), kBileDuct}, {Lost(), kLiverOrgan}},
     {"lost_clip", kLostClip, {}, {Lost()}, {Clip(0.01)}},
     {"early_cut", kEarlyCut, {{Clip(0.01)}, {Clip(0.015)}}, {Cut(0.012)}, {Clip(0.02)}},
     {"early_clip", kEarlyClip, {}, {Clip(0.01, kArtery)}, {Clip(0.01)}},
@@ -161,7 +161,7 @@ INSTANTIATE_TEST_SUITE_P(Cases, DuctErrors, testing::ValuesIn(kCases),
 
 TEST_P(DuctErrors, IsFoundWithItsPlaceAndDuct) {
   const DuctCase& c = GetParam();
-  Course course(Exercise(c.error));
+  DuctCourse course(DuctExercise(c.error));
   for (const Act& act : c.before) course.Run(act);
   const std::size_t before = course.errors();
   course.Run(c.wrong);
@@ -175,7 +175,7 @@ TEST_P(DuctErrors, IsFoundWithItsPlaceAndDuct) {
 
 TEST_P(DuctErrors, ANearMissIsNotFlagged) {
   const DuctCase& c = GetParam();
-  Course course(Exercise(c.error));
+  DuctCourse course(DuctExercise(c.error));
   for (const Act& act : c.before) course.Run(act);
   const std::size_t before = course.errors();
   course.Run(c.near_miss);
@@ -183,7 +183,7 @@ TEST_P(DuctErrors, ANearMissIsNotFlagged) {
 }
 
 TEST(ExerciseDucts, AStepCountsGoodClipsAloneAndOnTheRightDuct) {
-  Course course(Exercise(kBadClip));
+  DuctCourse course(DuctExercise(kBadClip));
   for (const Act& act : std::vector<Act>{{Clip(0.01)}, {Clip(0.02)}, {Tilted(30, 0.015)}}) {
     course.Run(act);
   }
@@ -197,7 +197,7 @@ TEST(ExerciseDucts, AStepCountsGoodClipsAloneAndOnTheRightDuct) {
 
 TEST(ExerciseDucts, ACutStepNeedsClipsOnBothSides) {
   for (const auto& [arc, done] : {std::pair(0.009, 1u), {0.012, 2u}, {0.018, 1u}}) {
-    Course course(Exercise(kBadClip));
+    DuctCourse course(DuctExercise(kBadClip));
     for (const Act& act : kThreeClips) course.Run(act);
     ASSERT_EQ(course.done(), 1u);
     course.Run({Cut(arc)});
@@ -208,7 +208,7 @@ TEST(ExerciseDucts, ACutStepNeedsClipsOnBothSides) {
 
 TEST(ExerciseDucts, ADuctThatTheOrganDoesNotHoldIsCutBetweenTwoClipsOnEachSide) {
   for (const bool fourth : {false, true}) {
-    Course course(Exercise(kBadCut));
+    DuctCourse course(DuctExercise(kBadCut));
     for (const double arc : {0.006, 0.01, 0.015}) course.Run({Clip(arc, kBranch)});
     if (fourth) course.Run({Clip(0.02, kBranch)});
     course.Run({Cut(0.012, kBranch)});
@@ -217,19 +217,19 @@ TEST(ExerciseDucts, ADuctThatTheOrganDoesNotHoldIsCutBetweenTwoClipsOnEachSide) 
 }
 
 TEST(ExerciseDucts, AClipOnAWrongOrganIsNotLostToo) {
-  ExerciseOptions exercise = Exercise(kWrongOrgan);
+  ExerciseOptions exercise = DuctExercise(kWrongOrgan);
   exercise.errors.push_back(kLostClip);
-  Course course(exercise);
+  DuctCourse course(exercise);
   course.Run({Lost(), kBileDuct});
   ASSERT_EQ(course.errors(), 1u);
   EXPECT_EQ(course.result().errors[0].rule, 0);
-  course.Run({Lost(), kLiver});
+  course.Run({Lost(), kLiverOrgan});
   ASSERT_EQ(course.errors(), 2u);
   EXPECT_EQ(course.result().errors[1].rule, 1);
 }
 
 TEST(ExerciseDucts, ADuctThatTheSceneDoesNotHaveCountsForNone) {
-  Course course(Exercise(kBadClip));
+  DuctCourse course(DuctExercise(kBadClip));
   course.Run({Clip(0.01, 7)});
   course.Run({Cut(0.01, 7)});
   ASSERT_EQ(course.errors(), 1u) << "a clip on none of the ducts is not good";
