@@ -123,7 +123,7 @@ const std::vector<Act> kArteryClips = {
     {Clip(0.01, kArtery)}, {Clip(0.015, kArtery)}, {Clip(0.02, kArtery)}};
 
 // A clip is 1 mm wide. It leaves a gap of 2 mm, and 3 mm to the end in the body.
-const DuctCase kCases[] = {
+const DuctCase kDuctCases[] = {
     {"angle", kBadClip, {}, {Tilted(21)}, {Tilted(19)}},
     {"angle_of_the_scene",
      {ExerciseErrorKind::kBadClip, "", 10 * kDegree},
@@ -156,7 +156,7 @@ const DuctCase kCases[] = {
      {Cut(0.012)},
      {Clip(0.025)}},
 };
-INSTANTIATE_TEST_SUITE_P(Cases, DuctErrors, testing::ValuesIn(kCases),
+INSTANTIATE_TEST_SUITE_P(Cases, DuctErrors, testing::ValuesIn(kDuctCases),
                          [](const auto& param_info) { return param_info.param.name; });
 
 TEST_P(DuctErrors, IsFoundWithItsPlaceAndDuct) {

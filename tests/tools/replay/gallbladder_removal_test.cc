@@ -22,33 +22,32 @@
 namespace hpdm {
 namespace {
 
-using Surgeon = RemovalSurgeon;
-using Names = std::vector<std::string>;
-constexpr double kDegree = std::numbers::pi / 180;
+using ErrorNames = std::vector<std::string>;
+constexpr double kDegreeOfClip = std::numbers::pi / 180;
 const char* const kBadClip = "clip oblique, loose, or too near to a clip or the bile duct";
 
 // The scene on coarse lattices, with a strong hook.
-Scene CoarseScene() {
+Scene CoarseRemoval() {
   Scene scene = LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/gallbladder_removal.toml");
   for (OrganOptions& organ : scene.organs) {
     organ.lattice.cells = {4, organ.name == "liver" ? 4 : 7, 4};
     organ.lattice.local.functions = 0;
   }
-  scene.instruments[Surgeon::kRight].geometry.power = 400;
+  scene.instruments[RemovalSurgeon::kRight].geometry.power = 400;
   return scene;
 }
 
 class GallbladderRemoval : public testing::Test {
  protected:
   static LockstepSession MakeSession() {
-    static const auto model = std::make_shared<const SessionModel>(CoarseScene());
+    static const auto model = std::make_shared<const SessionModel>(CoarseRemoval());
     DeviceChoice command;
     command.type = DeviceChoice::Type::kCommand;
     return LockstepSession(model, {command, command});
   }
   // Errors that clipping and cutting made.
-  Names ClipErrors() const {
-    Names names;
+  ErrorNames ClipErrors() const {
+    ErrorNames names;
     for (const ExerciseError& error : surgeon_.result().errors) {
       const ExerciseErrorOptions& rule = session_.exercise()->options().errors[ToSize(error.rule)];
       const bool early = rule.kind == ExerciseErrorKind::kEarlyClip;
@@ -58,12 +57,12 @@ class GallbladderRemoval : public testing::Test {
   }
 
   LockstepSession session_ = MakeSession();
-  Surgeon surgeon_{&session_};
+  RemovalSurgeon surgeon_{&session_};
 };
 
 TEST_F(GallbladderRemoval, ASurgeonDoesItCleanly) {
   EXPECT_EQ(surgeon_.Operate(), 10u);
-  EXPECT_EQ(surgeon_.Errors(), Names{});
+  EXPECT_EQ(surgeon_.Errors(), ErrorNames{});
   EXPECT_TRUE(surgeon_.result().passed);
   EXPECT_EQ(surgeon_.result().score, 100) << "before the target time";
 }
@@ -72,20 +71,20 @@ TEST_F(GallbladderRemoval, TheLogAndItsReplayJudgeClipsAndCutsAsTheSessionDid) {
   const ScratchFolder folder;
   SessionRecorder recorder(session_.model(), folder / "session", false);
   session_.RecordTo(&recorder);
-  surgeon_.Exchange(Surgeon::kClipApplier);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.012);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.018, 0, -0.003);
-  surgeon_.Exchange(Surgeon::kScissors);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.016);
+  surgeon_.Exchange(RemovalSurgeon::kClipApplier);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.012);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.018, 0, -0.003);
+  surgeon_.Exchange(RemovalSurgeon::kScissors);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.016);
   EXPECT_EQ(recorder.Finish(), "");
   session_.RecordTo(nullptr);
 
   const LoggedSession logged(folder / "session/session.lcmlog");
-  ExerciseEvaluator judge(*CoarseScene().exercise);
+  ExerciseEvaluator judge(*CoarseRemoval().exercise);
   std::vector<DuctActionKind> actions;
   for (const LoggedStep& step : logged.steps()) {
     judge.Add(step.sample);
-    const DuctAction& action = step.sample.duct_actions[Surgeon::kRight];
+    const DuctAction& action = step.sample.duct_actions[RemovalSurgeon::kRight];
     if (action.kind != DuctActionKind::kNone) actions.push_back(action.kind);
   }
   EXPECT_EQ(actions, (std::vector<DuctActionKind>{DuctActionKind::kClip, DuctActionKind::kLostClip,
@@ -98,7 +97,7 @@ TEST_F(GallbladderRemoval, TheLogAndItsReplayJudgeClipsAndCutsAsTheSessionDid) {
     EXPECT_EQ(judge.result().errors[e].place_W, surgeon_.result().errors[e].place_W);
   }
   EXPECT_EQ(judge.result().score, surgeon_.result().score);
-  Session replayed(CoarseScene());
+  Session replayed(CoarseRemoval());
   const LogReplay replay = ReplayLog(logged, 0, &replayed);
   EXPECT_EQ(replay.ended_early, "");
   EXPECT_EQ(replay.steps_compared, replay.steps_logged);
@@ -106,67 +105,67 @@ TEST_F(GallbladderRemoval, TheLogAndItsReplayJudgeClipsAndCutsAsTheSessionDid) {
 }
 
 TEST_F(GallbladderRemoval, AClipTurnedTooFarIsBad) {
-  surgeon_.Exchange(Surgeon::kClipApplier);
+  surgeon_.Exchange(RemovalSurgeon::kClipApplier);
   // The way of the shaft tilts the jaws, too: cos(angle) = cos(tilt) cos(turn).
   const auto close = [&](double arc, double angle) {
-    const double tilt = surgeon_.BestAngle(Surgeon::kCysticDuct, arc);
-    surgeon_.CloseOn(Surgeon::kCysticDuct, arc, std::acos(std::cos(angle) / std::cos(tilt)));
+    const double tilt = surgeon_.BestAngle(RemovalSurgeon::kCysticDuct, arc);
+    surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, arc, std::acos(std::cos(angle) / std::cos(tilt)));
   };
-  close(0.012, 19 * kDegree);
-  EXPECT_EQ(ClipErrors(), Names{}) << "a near miss";
-  close(0.020, 21 * kDegree);
-  EXPECT_EQ(ClipErrors(), Names{kBadClip});
+  close(0.012, 19 * kDegreeOfClip);
+  EXPECT_EQ(ClipErrors(), ErrorNames{}) << "a near miss";
+  close(0.020, 21 * kDegreeOfClip);
+  EXPECT_EQ(ClipErrors(), ErrorNames{kBadClip});
 }
 
 TEST_F(GallbladderRemoval, AClipTooNearToAnotherIsBad) {
-  surgeon_.Exchange(Surgeon::kClipApplier);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.010);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.0131);
-  EXPECT_EQ(ClipErrors(), Names{}) << "2.1 mm between them, a near miss";
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.0160);
-  EXPECT_EQ(ClipErrors(), Names{kBadClip}) << "1.9 mm";
+  surgeon_.Exchange(RemovalSurgeon::kClipApplier);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.010);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.0131);
+  EXPECT_EQ(ClipErrors(), ErrorNames{}) << "2.1 mm between them, a near miss";
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.0160);
+  EXPECT_EQ(ClipErrors(), ErrorNames{kBadClip}) << "1.9 mm";
 }
 
 TEST_F(GallbladderRemoval, AClipTooNearToTheBileDuctIsBad) {
-  const double length = surgeon_.RodOf(Surgeon::kCysticDuct).rest_length();
-  surgeon_.Exchange(Surgeon::kClipApplier);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, length - 0.0037);
-  EXPECT_EQ(ClipErrors(), Names{}) << "a near miss";
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.0017);
-  EXPECT_EQ(ClipErrors(), Names{}) << "the gallbladder goes";
-  surgeon_.CloseOn(Surgeon::kCysticArtery, 0.0033);
-  EXPECT_EQ(ClipErrors(), Names{kBadClip}) << "at the hepatic artery";
+  const double length = surgeon_.RodOf(RemovalSurgeon::kCysticDuct).rest_length();
+  surgeon_.Exchange(RemovalSurgeon::kClipApplier);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, length - 0.0037);
+  EXPECT_EQ(ClipErrors(), ErrorNames{}) << "a near miss";
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.0017);
+  EXPECT_EQ(ClipErrors(), ErrorNames{}) << "the gallbladder goes";
+  surgeon_.CloseOn(RemovalSurgeon::kCysticArtery, 0.0033);
+  EXPECT_EQ(ClipErrors(), ErrorNames{kBadClip}) << "at the hepatic artery";
 }
 
 TEST_F(GallbladderRemoval, AClipThatDoesNotReachAcrossIsBad) {
-  surgeon_.Exchange(Surgeon::kClipApplier);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.012, 0, 0.0024);
-  EXPECT_EQ(ClipErrors(), Names{}) << "a near miss";
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.018, 0, 0.0018);
-  EXPECT_EQ(ClipErrors(), Names{kBadClip});
+  surgeon_.Exchange(RemovalSurgeon::kClipApplier);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.012, 0, 0.0024);
+  EXPECT_EQ(ClipErrors(), ErrorNames{}) << "a near miss";
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.018, 0, 0.0018);
+  EXPECT_EQ(ClipErrors(), ErrorNames{kBadClip});
 }
 
 TEST_F(GallbladderRemoval, AnApplierThatClosesOnNothingLosesItsClip) {
-  surgeon_.Exchange(Surgeon::kClipApplier);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.012, 0, 0.0075);
-  EXPECT_EQ(ClipErrors(), Names{}) << "the duct is at the end of the jaws, a near miss";
-  surgeon_.CloseOn(Surgeon::kCysticDuct, 0.018, 0, -0.003);
-  EXPECT_EQ(ClipErrors(), Names{"clip lost"});
+  surgeon_.Exchange(RemovalSurgeon::kClipApplier);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.012, 0, 0.0075);
+  EXPECT_EQ(ClipErrors(), ErrorNames{}) << "the duct is at the end of the jaws, a near miss";
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, 0.018, 0, -0.003);
+  EXPECT_EQ(ClipErrors(), ErrorNames{"clip lost"});
 }
 
 TEST_F(GallbladderRemoval, CutsBeforeTheViewAndOutsideTheClipsAreErrors) {
-  surgeon_.Exchange(Surgeon::kClipApplier);
-  for (const double arc : surgeon_.ClipsOf(Surgeon::kCysticDuct)) {
-    surgeon_.CloseOn(Surgeon::kCysticDuct, arc);
+  surgeon_.Exchange(RemovalSurgeon::kClipApplier);
+  for (const double arc : surgeon_.ClipsOf(RemovalSurgeon::kCysticDuct)) {
+    surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, arc);
   }
-  EXPECT_EQ(ClipErrors(), Names{});
-  surgeon_.Exchange(Surgeon::kScissors);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, surgeon_.CutOf(Surgeon::kCysticDuct));
-  EXPECT_EQ(ClipErrors(), Names{"cut before the critical view"}) << "but between the clips";
-  const auto clips = surgeon_.ClipsOf(Surgeon::kCysticDuct);
-  surgeon_.CloseOn(Surgeon::kCysticDuct, (clips[0] + clips[1]) / 2);
-  EXPECT_EQ(ClipErrors(), (Names{"cut before the critical view", "cut before the critical view",
-                                 "cut outside the clips"}));
+  EXPECT_EQ(ClipErrors(), ErrorNames{});
+  surgeon_.Exchange(RemovalSurgeon::kScissors);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, surgeon_.CutOf(RemovalSurgeon::kCysticDuct));
+  EXPECT_EQ(ClipErrors(), ErrorNames{"cut before the critical view"}) << "but between the clips";
+  const auto clips = surgeon_.ClipsOf(RemovalSurgeon::kCysticDuct);
+  surgeon_.CloseOn(RemovalSurgeon::kCysticDuct, (clips[0] + clips[1]) / 2);
+  EXPECT_EQ(ClipErrors(), (ErrorNames{"cut before the critical view",
+                                      "cut before the critical view", "cut outside the clips"}));
 }
 
 }  // namespace

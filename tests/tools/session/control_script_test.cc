@@ -60,11 +60,11 @@ TEST(ControlScript, APedalIsPressedBetweenItsTimesAndKeepsTheExchanges) {
     edge.Update();
     return edge.Front();
   };
-  EXPECT_EQ(at(1.999).pedal, (std::array<bool, 2>{false, false}));
-  EXPECT_EQ(at(2).pedal, (std::array<bool, 2>{true, false}));
-  EXPECT_EQ(at(3.2).pedal, (std::array<bool, 2>{true, true}));
-  EXPECT_EQ(at(3.5).pedal, (std::array<bool, 2>{false, true}));
-  EXPECT_EQ(at(9).pedal, (std::array<bool, 2>{false, false}));
+  EXPECT_EQ(at(1.999).pedal, (std::array<bool, kMaxInstruments>{false, false}));
+  EXPECT_EQ(at(2).pedal, (std::array<bool, kMaxInstruments>{true, false}));
+  EXPECT_EQ(at(3.2).pedal, (std::array<bool, kMaxInstruments>{true, true}));
+  EXPECT_EQ(at(3.5).pedal, (std::array<bool, kMaxInstruments>{false, true}));
+  EXPECT_EQ(at(9).pedal, (std::array<bool, kMaxInstruments>{false, false}));
   EXPECT_EQ(at(9).instrument_index[0], 1);
 }
 
