@@ -218,12 +218,12 @@ void DeformationLoop::Collide(const ToolState& tools) {
   if (!organ_contacts_.AddRows(&organs_)) record_.flags |= kStepContactsDropped;
 }
 
-// Adds smoke where an energised hook heats a layer, or touched an organ in the last step.
+// Adds smoke where an energised hook heats a layer, or pressed an organ in the last step.
 void DeformationLoop::AddSmoke(const ToolState& tools) {
   for (std::size_t t = 0; t < ToSize(tools.tool_count); ++t) {
     const ToolPose& pose = tools.tools[t];
-    const bool heats =
-        sample_.layer_work[t].burning > 0 || sample_.contacts[t].kind != ContactKind::kNone;
+    const bool heats = sample_.layer_work[t].burning > 0 ||
+                       sample_.contacts[t].force_on_tissue_W.squaredNorm() > 0;
     if (!heats || !layer_actions_.IsEnergised(t, pose)) continue;
     smoke_.Add({.p_W = pose.X_WT.translation(), .time_ns = record_.time_ns});
   }

@@ -22,10 +22,12 @@ template <typename T>
 class TripleBuffer {
  public:
   /// All three slots start as copies of `initial`, so arrays inside T keep their sizes.
-  explicit TripleBuffer(const T& initial = T()) : slots_(3, Slot{initial}) {}
+  TripleBuffer() : slots_(3) {}
+  explicit TripleBuffer(const T& initial) { Add(3, initial); }
   /// For a writer and a reader in one thread, neither of which holds on to a value while the other
   /// works: all three are one slot.
-  static TripleBuffer OfOneThread(const T& initial = T()) { return TripleBuffer(initial, kShared); }
+  static TripleBuffer OfOneThread() { return TripleBuffer(kShared); }
+  static TripleBuffer OfOneThread(const T& initial) { return TripleBuffer(initial, kShared); }
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
 
@@ -48,19 +50,25 @@ class TripleBuffer {
 
  private:
   enum Sharing { kShared };
-  TripleBuffer(const T& initial, Sharing)
-      : slots_(1, Slot{initial}), back_(0), middle_(0), front_(0) {}
+  explicit TripleBuffer(Sharing) : slots_(1), back_(0), middle_(0), front_(0) {}
+  TripleBuffer(const T& initial, Sharing) : back_(0), middle_(0), front_(0) { Add(1, initial); }
+  void Add(std::size_t count, const T& initial) {
+    slots_.reserve(count);
+    while (slots_.size() < count) slots_.emplace_back(initial);
+  }
 
   static constexpr std::uint32_t kIndex = 3;
   static constexpr std::uint32_t kNew = 4;
 
   // Has cache lines of its own, so that the writer and the reader never share one.
   struct alignas(64) Slot {
-    T value;
+    Slot() = default;
+    explicit Slot(const T& initial) : value(initial) {}
+    T value{};
   };
 
-  std::vector<Slot> slots_;                            // 3, or 1 of one thread; a slot of a
-                                                       // megabyte is too large for the stack
+  std::vector<Slot> slots_;                            // 3, or 1 of one thread; a slot of three
+                                                       // megabytes is too large for the stack
   alignas(64) std::uint32_t back_ = 0;                 // writer's
   alignas(64) std::atomic<std::uint32_t> middle_ = 1;  // shared
   alignas(64) std::uint32_t front_ = 2;                // reader's

@@ -99,7 +99,7 @@ class Session : public SimulatedSession {
 
   void PublishKind(bool lattice, Nanoseconds now) {
     ContactPatch& patch = patches.Back();
-    patch = lattice ? lattice_patch_ : paper_patch_;
+    patch = lattice ? *lattice_patch_ : *paper_patch_;
     patch.step.number = ++step;
     patch.step.device_time_ns = now;
     patches.Publish();
@@ -108,10 +108,11 @@ class Session : public SimulatedSession {
   int in_contact = 0;
 
  private:
-  static ContactPatch Patch(ReactionType reaction) {
-    ContactPatch patch;
-    patch.tool_count = kMaxInstruments;
-    for (ToolPatches& tool : patch.tools) {
+  // On the heap: a patch has three megabytes.
+  static std::unique_ptr<const ContactPatch> Patch(ReactionType reaction) {
+    auto patch = std::make_unique<ContactPatch>();
+    patch->tool_count = kMaxInstruments;
+    for (ToolPatches& tool : patch->tools) {
       for (int p = 0; p < kMaxPlaces; ++p) {
         ToolPatch& place = tool.places[static_cast<std::size_t>(p)];
         place = SpherePatch(8, 0.04, 0.1, kStiffness);
@@ -128,8 +129,8 @@ class Session : public SimulatedSession {
     }
     return patch;
   }
-  const ContactPatch lattice_patch_ = Patch(ReactionType::kLattice);
-  const ContactPatch paper_patch_ = Patch(ReactionType::kPaper);
+  const std::unique_ptr<const ContactPatch> lattice_patch_ = Patch(ReactionType::kLattice);
+  const std::unique_ptr<const ContactPatch> paper_patch_ = Patch(ReactionType::kPaper);
 };
 
 TEST(TickPromises, AThousandTicksAllocateNothing) {

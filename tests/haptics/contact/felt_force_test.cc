@@ -93,7 +93,7 @@ TEST_P(FeltForce, IsTheStepsOwnForAsManyHandsAsASceneHas) {
     for (std::size_t t = 0; t < hands; ++t) {
       const int tool = static_cast<int>(t);
       const Vector3d& force = bench.Patch(tool).force_on_tissue_W;
-      EXPECT_GT(force.norm(), 0.1) << t << " of " << hands;
+      EXPECT_GT(force.norm(), 0.05) << t << " of " << hands;
       EXPECT_LT((bench.Hand(tool) + force).norm(), 1e-4 * force.norm() + 1e-7)
           << t << " of " << hands;
     }

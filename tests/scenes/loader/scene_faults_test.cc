@@ -204,8 +204,9 @@ TEST_F(SceneFaults, FaultyInstrumentsAreNamed) {
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[[instrument]]\nname='p'\ntrocar=[0,0,0]", "8:6",
        "instrument[1].name", "is already used", "its own name"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[[instrument]]\nname='q'\ntrocar=[0,0,0]\n"
-       "[[instrument]]\nname='r'\ntrocar=[0,0,0]",
-       "10:1", "instrument[2]", "is one too many", "at most 2"},
+       "[[instrument]]\nname='r'\ntrocar=[0,0,0]\n[[instrument]]\nname='s'\ntrocar=[0,0,0]\n"
+       "[[instrument]]\nname='t'\ntrocar=[0,0,0]",
+       "16:1", "instrument[4]", "is one too many", "at most 4"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\ntip_radius=0", "7:12", "instrument[0].tip_radius",
        "out of range (0)", "above 0"},
       {"[[instrument]]\nname='p'\ntrocar=[0,0,0]\n[instrument.device]\nmin_insertion=0.5", "8:15",

@@ -93,7 +93,8 @@ TEST_F(SceneSchemaTest, ItRefusesWhatTheLoaderRefuses) {
        "organ.0.material.prony.0.share: 0.95 is greater than"},
       {kOrgan + "[[organ.support]]\nbox={min=[0, 0, 0], max=[1, 1, 1]}\nfixed=false\n",
        "organ.0.support.0.fixed: False is not one of"},
-      {kOrgan + kInstrument + kInstrument + kInstrument, "instrument: "},
+      {kOrgan + kInstrument + kInstrument + kInstrument + kInstrument + kInstrument,
+       "instrument: "},
   };
   std::vector<fs::path> files;
   for (std::size_t i = 0; i < mistakes.size(); ++i) {

@@ -375,7 +375,7 @@ TEST_F(TrainerInputTest, OverlaysComeInTurnAndTheErrorOnlyWithAReference) {
 
 TEST_F(TrainerInputTest, ThePedalIsPressedWhileItsKeyIsHeld) {
   TrainerInput input = Input();
-  constexpr std::array<bool, kMaxInstruments> kOff{}, kOn{true, true};
+  constexpr std::array<bool, kMaxInstruments> kOff{}, kOn{true, true, true, true};
   EXPECT_EQ(input.control().pedal, kOff);
   input.Handle(KeyEvent{'d', true});
   EXPECT_EQ(input.control().pedal, kOn);
