@@ -1,7 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 namespace hpdm {
@@ -22,11 +24,11 @@ template <typename T>
 class TripleBuffer {
  public:
   /// All three slots start as copies of `initial`, so arrays inside T keep their sizes.
-  TripleBuffer() : slots_(3) {}
+  TripleBuffer() { Add(3, *std::make_unique<T>()); }
   explicit TripleBuffer(const T& initial) { Add(3, initial); }
   /// For a writer and a reader in one thread, neither of which holds on to a value while the other
   /// works: all three are one slot.
-  static TripleBuffer OfOneThread() { return TripleBuffer(kShared); }
+  static TripleBuffer OfOneThread() { return OfOneThread(*std::make_unique<T>()); }
   static TripleBuffer OfOneThread(const T& initial) { return TripleBuffer(initial, kShared); }
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
@@ -50,8 +52,8 @@ class TripleBuffer {
 
  private:
   enum Sharing { kShared };
-  explicit TripleBuffer(Sharing) : slots_(1), back_(0), middle_(0), front_(0) {}
   TripleBuffer(const T& initial, Sharing) : back_(0), middle_(0), front_(0) { Add(1, initial); }
+  // A value may be too large for the stack, and a copy may take over less than all of it.
   void Add(std::size_t count, const T& initial) {
     slots_.reserve(count);
     while (slots_.size() < count) slots_.emplace_back(initial);
@@ -62,13 +64,11 @@ class TripleBuffer {
 
   // Has cache lines of its own, so that the writer and the reader never share one.
   struct alignas(64) Slot {
-    Slot() = default;
     explicit Slot(const T& initial) : value(initial) {}
-    T value{};
+    T value;
   };
 
-  std::vector<Slot> slots_;                            // 3, or 1 of one thread; a slot of three
-                                                       // megabytes is too large for the stack
+  std::vector<Slot> slots_;                            // 3, or 1 of one thread
   alignas(64) std::uint32_t back_ = 0;                 // writer's
   alignas(64) std::atomic<std::uint32_t> middle_ = 1;  // shared
   alignas(64) std::uint32_t front_ = 2;                // reader's
