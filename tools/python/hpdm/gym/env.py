@@ -12,7 +12,7 @@ FAR = 2.0  # m: nothing is drawn beyond
 
 def spaces_of(task, scene, observation, size):
     """Returns the action space and the observation space of a task."""
-    action = Box(-1.0, 1.0, (Task.ACTIONS * len(task.index),))
+    action = Box(-1.0, 1.0, (task.ACTIONS * len(task.index),))
     width, height = size
     rgb = Box(0, 255, (height, width, 3), np.uint8)
     if observation == "state":
