@@ -24,11 +24,11 @@ template <typename T>
 class TripleBuffer {
  public:
   /// All three slots start as copies of `initial`, so arrays inside T keep their sizes.
-  TripleBuffer() { Add(3, *std::make_unique<T>()); }
+  TripleBuffer() { Add(3, Initial()); }
   explicit TripleBuffer(const T& initial) { Add(3, initial); }
   /// For a writer and a reader in one thread, neither of which holds on to a value while the other
   /// works: all three are one slot.
-  static TripleBuffer OfOneThread() { return OfOneThread(*std::make_unique<T>()); }
+  static TripleBuffer OfOneThread() { return OfOneThread(Initial()); }
   static TripleBuffer OfOneThread(const T& initial) { return TripleBuffer(initial, kShared); }
   TripleBuffer(const TripleBuffer&) = delete;
   TripleBuffer& operator=(const TripleBuffer&) = delete;
@@ -53,7 +53,12 @@ class TripleBuffer {
  private:
   enum Sharing { kShared };
   TripleBuffer(const T& initial, Sharing) : back_(0), middle_(0), front_(0) { Add(1, initial); }
-  // A value may be too large for the stack, and a copy may take over less than all of it.
+  // A value may be too large for the stack. A copy may take over less than all of it, so that most of
+  // a slot's pages are never touched: those of a value that is freed would come back in other slots.
+  static const T& Initial() {
+    static const auto initial = std::make_unique<const T>();
+    return *initial;
+  }
   void Add(std::size_t count, const T& initial) {
     slots_.reserve(count);
     while (slots_.size() < count) slots_.emplace_back(initial);

@@ -144,7 +144,7 @@ class GymTest(unittest.TestCase):
         self.assertEqual(sum(points), 2)
         self.assertEqual(points[:14], [0] * 14)
         self.assertAlmostEqual(sum(rewards), 0.2 * 2)
-        self.assertIn("stray", env.session.exercise["errors"][0]["name"])
+        self.assertIn("away from tissue", env.session.exercise["errors"][0]["name"])
 
 
 if __name__ == "__main__":
