@@ -93,8 +93,8 @@ with open("/proc/self/statm") as file:
         one, many = (float(subprocess.run([sys.executable, "-c", code, count], check=True,
                                           capture_output=True, text=True).stdout)
                      for count in ("1", "33"))
-        # MB; whole copies take 9. The patches of four instruments have 2.9.
-        self.assertLess((many - one) / 32, 4.3)
+        # MB; whole copies take 9
+        self.assertLess((many - one) / 32, 2.5)
 
     def test_shapes(self):
         with hpdm.Batch(SCENE, 4, threads=1) as batch:
