@@ -149,9 +149,11 @@ void AddBrokenTexts(Scenes* s) {
   s->Text("organ = []", "organ=[]\n");
   s->Text("two organs of one name", sound + "[[organ]]\nname='liver'\nmesh='../common/box.obj'\n");
   s->Text("two instruments of one name", sound + "[[instrument]]\nname='probe'\ntrocar=[0,0,1]\n");
-  s->Text("three instruments", sound +
-                                   "[[instrument]]\nname='b'\ntrocar=[0,0,1]\n"
-                                   "[[instrument]]\nname='c'\ntrocar=[0,0,1]\n");
+  s->Text("five instruments", sound +
+                                  "[[instrument]]\nname='b'\ntrocar=[0,0,1]\n"
+                                  "[[instrument]]\nname='c'\ntrocar=[0,0,1]\n"
+                                  "[[instrument]]\nname='d'\ntrocar=[0,0,1]\n"
+                                  "[[instrument]]\nname='e'\ntrocar=[0,0,1]\n");
 }
 
 void AddPlaces(Scenes* s) {

@@ -58,7 +58,7 @@ TEST_F(Flow, FourHandsAreCheckedReplayedAndReported) {
                                     {"assistant", "[-0.005, -0.045, 0.05]"}}) {
     scene += "\n[[instrument]]\nname = \"" + std::string(name) +
              "\"\ntype = \"probe\"\ntrocar = [0.02, -0.15, 0.20]\n  [instrument.hand]\n"
-             "  script = \"press\"\n  organ = \"liver\"\n  target = " +
+             "  script = \"palpate\"\n  organ = \"liver\"\n  target = " +
              place + "\n  depth = 0.012\n";
   }
   std::ofstream(folder_ / "scene.toml") << scene;
