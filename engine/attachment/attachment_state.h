@@ -87,7 +87,7 @@ class AttachmentState {
   }
   /// Returns the share of a sample's area that still holds; 0 if it has torn.
   double Left(std::size_t layer, int sample) const;
-  /// What a step's solution changes.
+  /// The part of the state that a step's solution changes.
   struct Kept {
     std::vector<double> damage, torn, spared;
     std::vector<char> taken_away, closed;

@@ -33,12 +33,13 @@ class ContactBody {
 
   /// The displacements of this step without forces, (n + slots) x 3, m, for the links; nullptr: zero.
   virtual const Points* FreeDisplacements() const { return nullptr; }
-  /// Takes the step's displacements with those that the links have added. May place them anew.
+  /// Takes the step's displacements, to which the links have added theirs. A body that moves as a
+  /// whole replaces them by those of its new frame.
   virtual void TakeMoved(Points* /*U*/) {}
   /// For a body that moves as a whole: links act on it in its moving frame from now on.
   virtual void Tie() {}
-  /// Where a tied body would move in this step without forces, and where its last step ended: a point p
-  /// at rest is at X_WF p. Identity for all others.
+  /// Return the frame X_WF of a tied body: the one that it would reach in this step without forces, and
+  /// the one of its last step's end. A point p at rest is at X_WF p. All others return the identity.
   virtual Isometry3d PredictedFrame() const { return Isometry3d::Identity(); }
   virtual Isometry3d Frame() const { return Isometry3d::Identity(); }
   /// Takes the step back: its solution was rejected, and Begin() follows once more.

@@ -83,7 +83,7 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
       if (has_forces_) *U += Eigen::Map<const Points>(response_.data(), U->rows(), 3);
       return solved;
     }
-    if (tied_) {  // TakeMoved() goes on
+    if (tied_) {  // TakeMoved() finds the motion.
       if (!has_forces_) response_.setZero();
       for (Eigen::Index a = 0; a < U->rows(); ++a) {
         const Vector3d v_F = response_.block<3, 1>(3 * a, 0);

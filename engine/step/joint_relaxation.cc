@@ -67,7 +67,8 @@ std::span<const Vector3d> JointRelaxation::OffsetsOf(const AttachmentLink& link,
   return {offsets_W_.data(), count};
 }
 
-// Lists the links of the present group and begins their step, anew after a rejected one.
+// Lists the links of the present group and begins their step. After a rejected attempt they begin it
+// again from the same state.
 void JointRelaxation::BeginLinks(const std::vector<OrganStep>& organs, Attempt attempt) {
   group_links_.clear();
   const auto begin = group_.begin(), end = begin + static_cast<std::ptrdiff_t>(count_);

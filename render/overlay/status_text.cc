@@ -140,7 +140,8 @@ std::array<bool, kMaxInstruments> SidesOf(const Status& status, const StatusName
   for (std::size_t t = 0; t < count; ++t) {
     std::size_t farther_left = 0;
     for (std::size_t other = 0; other < count; ++other) {
-      farther_left += to_right[other] < to_right[t] || (to_right[other] == to_right[t] && other < t);
+      farther_left +=
+          to_right[other] < to_right[t] || (to_right[other] == to_right[t] && other < t);
     }
     on_right[t] = 2 * farther_left >= count;
   }

@@ -49,7 +49,7 @@ struct StatusText {
   std::vector<StatusLine> state;                               ///< Top right: clock, notices.
   std::array<std::vector<StatusLine>, kMaxInstruments> tools;  ///< Bottom left and right.
   std::array<bool, kMaxInstruments> on_right = {false, true, false, true};  ///< Of each.
-  std::vector<StatusLine> alarms;                              ///< Top of the circle: limits.
+  std::vector<StatusLine> alarms;    ///< Top of the circle: limits.
   std::vector<StatusLine> guidance;  ///< Bottom of the circle: the exercise.
   std::vector<StatusLine> banner;    ///< Middle: PAUSED, or the keys.
 };

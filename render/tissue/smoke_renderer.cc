@@ -5,11 +5,11 @@
 namespace hpdm {
 namespace {
 
-constexpr double kRise = 0.025;        // m/s
-constexpr double kDrift = 0.006;       // m/s, sideways, another way for each puff
+constexpr double kRise = 0.025;   // m/s
+constexpr double kDrift = 0.006;  // m/s, sideways, another way for each puff
 constexpr double kFirstRadius = 0.0015, kSpread = 0.009;  // m, m/s
-constexpr float kOpacity = 0.045f;     // of a disc at the start
-constexpr int kDiscs = 5;              // of each puff, one in another, so that its border is soft
+constexpr float kOpacity = 0.045f;                        // of a disc at the start
+constexpr int kDiscs = 5;  // of each puff, one in another, so that its border is soft
 const Colour kSmokeColour(0.80f, 0.80f, 0.82f);
 
 }  // namespace

@@ -6,7 +6,7 @@
 
 namespace hpdm {
 
-/// What Python asks of one session, alone or in a batch, while it does not step.
+/// Calls of Python on one session, which may be one of a batch. The session does not step meanwhile.
 
 /// Returns the judgement of the scene's exercise as a dict; None in a scene without one.
 pybind11::object ExerciseOf(const LockstepSession& session);
