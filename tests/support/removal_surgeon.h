@@ -4,71 +4,23 @@
 #include <array>
 #include <cmath>
 #include <limits>
-#include <string>
-#include <vector>
 
 #include "engine/base/check.h"
-#include "tools/session/lockstep_session.h"
+#include "tests/support/scripted_hands.h"
 
 namespace hpdm {
 
 /// A scripted surgeon for scenes/gallbladder_removal.toml. Every method runs the session's steps. It sees
 /// what an examiner sees: where tissue, samples and ducts are.
-class RemovalSurgeon {
+class RemovalSurgeon : public ScriptedHands {
  public:
-  enum Hand { kLeft, kRight };
   enum Tool { kHook, kClipApplier, kScissors, kGrasper };
   enum Duct { kCysticDuct, kCysticArtery };
   enum Layer { kTriangle, kLowestThird, kRest };
 
-  explicit RemovalSurgeon(LockstepSession* session) : session_(*session) {
-    const Points& rest = Gallbladder().rest().vertices;
-    const Vector3d wanted(0.008, -0.110, 0.026), middle = rest.colwise().mean();
-    (rest.rowwise() - wanted.transpose()).rowwise().squaredNorm().minCoeff(&fundus_);
-    outward_W_ = (rest.row(fundus_).transpose() - middle).normalized();
-    const Vector3d bed_W = session_.model().beds()[kRest].points_W[0].colwise().mean();
-    away_W_ = (middle - bed_W).normalized();
-    for (std::size_t t = 0; t < 2; ++t) {
-      const auto& tip = session_.tools()[t].tip;
-      tips_W_[t] = Vector3d(tip[0], tip[1], tip[2]);
-    }
-  }
+  explicit RemovalSurgeon(LockstepSession* session)
+      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.026), kRest) {}
 
-  const ExerciseResult& result() const { return session_.exercise()->result(); }
-  std::size_t done() const { return result().step_times.size(); }
-  std::vector<std::string> Errors() const {
-    std::vector<std::string> names;
-    for (const ExerciseError& error : result().errors) {
-      const auto rule = static_cast<std::size_t>(error.rule);
-      names.push_back(session_.exercise()->options().errors[rule].name);
-    }
-    return names;
-  }
-
-  void Step(int count = 1) {
-    for (int i = 0; i < count; ++i) {
-      for (std::size_t t = 0; t < 2; ++t) {
-        session_.Command(t, Kinematics(t).Inverse(tips_W_[t], rolls_[t], jaws_[t]).joints);
-      }
-      session_.Step();
-    }
-  }
-  /// Moves a tip straight to a place (m) at a speed (m/s).
-  void Move(std::size_t hand, const Vector3d& to_W, double speed) {
-    const Vector3d from_W = tips_W_[hand];
-    const int steps = std::max(1, static_cast<int>(30 * (to_W - from_W).norm() / speed));
-    for (int i = 1; i <= steps; ++i) {
-      tips_W_[hand] = from_W + i * (to_W - from_W) / steps;
-      Step();
-    }
-  }
-  void Jaws(std::size_t hand, double jaw) {
-    const double from = jaws_[hand];
-    for (int i = 1; i <= 10; ++i) {
-      jaws_[hand] = from + i * (jaw - from) / 10;
-      Step();
-    }
-  }
   /// Pulls the right hand back along its shaft and gives it another instrument.
   void Exchange(Tool tool) {
     session_.Press(kRight, false);
@@ -86,16 +38,10 @@ class RemovalSurgeon {
   }
 
   /// Takes the fundus where it is now.
-  void TakeFundus() {
-    const OrganState& organ = session_.organ(1);
-    const Vector3d place_W = organ.vertices.row(fundus_);
-    Move(kLeft, place_W + 0.03 * outward_W_, 0.1);
-    Move(kLeft, place_W + 0.0015 * outward_W_, 0.03);
-    Jaws(kLeft, 0);
-    Step(20);
-  }
+  void TakeFundus() { Take(session_.organ(1).vertices.row(fundus_), 0.1); }
+  /// Lifts it and waits until the tissue is at rest.
   void Lift(double length) {
-    Move(kLeft, tips_W_[kLeft] + length * away_W_, 0.03);
+    ScriptedHands::Lift(length);
     Step(20);
   }
   /// Burns a layer until a step of the exercise is done, from its border.
@@ -210,10 +156,6 @@ class RemovalSurgeon {
  private:
   static constexpr double kNoSample = 1, kOffLiver = 0.0015;  // m
 
-  const OrganModel& Gallbladder() const { return session_.model().organs()[1]; }
-  const ImpulseEngineKinematics& Kinematics(std::size_t hand) const {
-    return session_.model().kinematics(hand);
-  }
   static int SegmentAt(const Rod& rod, double arc) {
     int i = 0;
     while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;
@@ -270,12 +212,6 @@ class RemovalSurgeon {
     }
     return next_W;
   }
-
-  LockstepSession& session_;
-  Eigen::Index fundus_ = 0;  // vertex
-  Vector3d outward_W_, away_W_;
-  std::array<Vector3d, 2> tips_W_;
-  std::array<double, 2> rolls_{}, jaws_{1, 1};
 };
 
 }  // namespace hpdm

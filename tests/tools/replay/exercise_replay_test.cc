@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <memory>
 #include <string>
 #include <utility>
@@ -13,6 +12,7 @@
 #include "lcmtypes/analysis/logged_session.h"
 #include "scenes/loader/scene.h"
 #include "tests/support/scratch_folder.h"
+#include "tests/support/scripted_hands.h"
 #include "tools/replay/log_replay.h"
 #include "tools/session/lockstep_session.h"
 #include "tools/session/session.h"
@@ -35,66 +35,13 @@ Scene ShortExercise() {
   return scene;
 }
 
-// Moves grasper and hook; every method runs the session's steps.
-class Surgeon {
+// Moves grasper and hook.
+class Surgeon : public ScriptedHands {
  public:
-  explicit Surgeon(LockstepSession* session) : session_(*session) {
-    const SessionModel& model = session_.model();
-    const Points& rest = model.organs()[1].rest().vertices;
-    const Vector3d wanted(0.008, -0.110, 0.032), middle = rest.colwise().mean();
-    Eigen::Index nearest = 0;
-    (rest.rowwise() - wanted.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
-    fundus_W_ = rest.row(nearest);
-    outward_W_ = (fundus_W_ - middle).normalized();
-    const Vector3d bed_W = model.beds()[0].points_W[0].colwise().mean();
-    away_W_ = (middle - bed_W).normalized();
-    for (std::size_t t = 0; t < 2; ++t) {
-      const auto& tip = session_.tools()[t].tip;
-      tips_W_[t] = Vector3d(tip[0], tip[1], tip[2]);
-    }
-  }
+  explicit Surgeon(LockstepSession* session)
+      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.032), 0) {}
 
-  const ExerciseResult& result() const { return session_.exercise()->result(); }
-  std::vector<std::string> Errors() const {
-    std::vector<std::string> names;
-    for (const ExerciseError& error : result().errors) {
-      const auto rule = static_cast<std::size_t>(error.rule);
-      names.push_back(session_.exercise()->options().errors[rule].name);
-    }
-    return names;
-  }
-
-  void Step(int count = 1) {
-    for (int i = 0; i < count; ++i) {
-      for (std::size_t t = 0; t < 2; ++t) {
-        const double jaw = t == kGrasper ? jaw_ : 1;
-        session_.Command(t, session_.model().kinematics(t).Inverse(tips_W_[t], 0, jaw).joints);
-      }
-      session_.Step();
-    }
-  }
-  void Move(std::size_t tool, const Vector3d& to_W, double speed) {
-    const Vector3d from_W = tips_W_[tool];
-    const int steps = std::max(1, static_cast<int>(30 * (to_W - from_W).norm() / speed));
-    for (int i = 1; i <= steps; ++i) {
-      tips_W_[tool] = from_W + i * (to_W - from_W) / steps;
-      Step();
-    }
-  }
-  void Close(double jaw) {
-    const double from = jaw_;
-    for (int i = 1; i <= 10; ++i) {
-      jaw_ = from + i * (jaw - from) / 10;
-      Step();
-    }
-  }
-  void TakeFundus() {
-    Move(kGrasper, fundus_W_ + 0.03 * outward_W_, 0.2);
-    Move(kGrasper, fundus_W_ + 0.0015 * outward_W_, 0.03);
-    Close(0);
-    Step(20);
-  }
-  void Lift(double length) { Move(kGrasper, tips_W_[kGrasper] + length * away_W_, 0.03); }
+  void TakeFundus() { Take(session_.model().organs()[1].rest().vertices.row(fundus_), 0.2); }
   // Burns from the fundus to the neck until the exercise's step is done.
   void Burn() {
     const std::size_t step = result().step_times.size();
@@ -121,8 +68,7 @@ class Surgeon {
     Eigen::Index nearest = 0;
     (rest.rowwise() - near_W.transpose()).rowwise().squaredNorm().minCoeff(&nearest);
     const Vector3d point_W = rest.row(nearest);
-    const Vector3d inward_W =
-        (point_W - session_.model().kinematics(kHook).p_trocar_W()).normalized();
+    const Vector3d inward_W = (point_W - Kinematics(kHook).p_trocar_W()).normalized();
     Move(kHook, point_W - 0.02 * inward_W, 0.2);
     Move(kHook, point_W + (depth - 0.0015) * inward_W, 0.03);
   }
@@ -146,11 +92,6 @@ class Surgeon {
     }
     return next_W;
   }
-
-  LockstepSession& session_;
-  Vector3d fundus_W_, outward_W_, away_W_;
-  std::array<Vector3d, 2> tips_W_;
-  double jaw_ = 1;
 };
 
 class ExerciseSession : public testing::Test {
@@ -181,7 +122,7 @@ TEST_F(ExerciseSession, ASurgeonDoesItCleanlyAndTheLogAndItsReplayFindTheSame) {
   surgeon_.Burn();
   surgeon_.BackOff();
   surgeon_.Lift(-0.012);
-  surgeon_.Close(1);
+  surgeon_.Jaws(kGrasper, 1);
   surgeon_.Step(30);
   EXPECT_EQ(recorder.Finish(), "");
   session_.RecordTo(nullptr);
@@ -235,14 +176,14 @@ TEST_F(ExerciseSession, JawsThatOpenOnLiftedTissueDropIt) {
   surgeon_.TakeFundus();
   surgeon_.Lift(0.009);
   surgeon_.Step(10);
-  surgeon_.Close(1);
+  surgeon_.Jaws(kGrasper, 1);
   surgeon_.Step(5);
   EXPECT_EQ(surgeon_.Errors(), Names{}) << "a near miss";
   surgeon_.Lift(-0.009);
   surgeon_.TakeFundus();
   surgeon_.Lift(0.016);
   surgeon_.Step(10);
-  surgeon_.Close(1);
+  surgeon_.Jaws(kGrasper, 1);
   surgeon_.Step(5);
   EXPECT_EQ(surgeon_.Errors(), Names{"the gallbladder was dropped"});
 }
