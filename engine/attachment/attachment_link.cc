@@ -222,7 +222,14 @@ bool AttachmentLink::Advance(const ContactSolver& solver) {
   if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
   state_.ForcesOf(w_, q_);
   state_.AddConstantForces(q_);
-  return state_.Update(w_) || round_ >= kMaxRounds;
+  return state_.Update(w_) || round_ >= MaxRounds();
+}
+
+int AttachmentLink::MaxRounds() const {
+  for (std::size_t m = 0; m < let_go_.size(); ++m) {
+    if (HasLetGo(m) && HasDucts(m)) return kMaxTiedRounds;
+  }
+  return kMaxRounds;
 }
 
 void AttachmentLink::End(std::span<BodyInStep> bodies) {

@@ -19,6 +19,8 @@ namespace hpdm {
 class AttachmentLink final : public BodyLink {
  public:
   static constexpr int kMaxRounds = 4;
+  /// The same while ducts hold an organ that has been let go: its motion bends them far in a step.
+  static constexpr int kMaxTiedRounds = 16;
 
   explicit AttachmentLink(std::shared_ptr<const AttachmentJoint> joint);
 
@@ -74,6 +76,7 @@ class AttachmentLink final : public BodyLink {
   void LetGo(std::span<BodyInStep> bodies);
   void FindRelief(std::size_t member);
   void MoveFrames(std::span<const BodyInStep> bodies);
+  int MaxRounds() const;
   void ForcesOfDucts(std::size_t member, Eigen::VectorXd* q) const;
 
   AttachmentState state_;
