@@ -144,10 +144,12 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.flags = kStepOk;
 
   const ToolState& tools = SanitisedTools(given);
-  sample_.duct_actions = duct_actions_.Apply(&tools_, joint_relaxation_.links());
+  jaw_closings_.Follow(tools);
+  sample_.duct_actions = duct_actions_.Apply(&tools_, jaw_closings_, joint_relaxation_.links());
   ChooseQuality();
   Collide(tools);
-  sample_.layer_work = layer_actions_.Apply(tools, dt, organs_, joint_relaxation_.links());
+  sample_.layer_work =
+      layer_actions_.Apply(tools, jaw_closings_, dt, organs_, joint_relaxation_.links());
   AddSmoke(tools);
   Deform(dt);
   BuildContactPatch(tools);

@@ -108,6 +108,7 @@ class DeformationLoop {
   std::vector<ToolTracker> trackers_;  // one per tool
   OrganContacts organ_contacts_;
   JointRelaxation joint_relaxation_;
+  JawClosings jaw_closings_;
   LayerActions layer_actions_;
   DuctActions duct_actions_;
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs

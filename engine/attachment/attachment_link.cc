@@ -356,7 +356,7 @@ void AttachmentLink::Follow(std::span<const BodyInStep> bodies) {
 
 void AttachmentLink::Keep() {
   HPDM_CHECK(kept_.has_value());
-  state_.Keep(&kept_->state);
+  kept_->state = state_.solved();
   kept_->w = w_;
   kept_->relief = relief_;
   kept_->let_go = let_go_;
