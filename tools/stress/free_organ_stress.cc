@@ -79,10 +79,7 @@ StressCase TornWhileTurned() {
                   GridBox(Vector3d(-0.06, -0.06, 0), Vector3d(0.06, 0.06, 0.01), {24, 24, 2}));
         const Vector3d low(-sides.x() / 2, -sides.y() / 2, -kFreeGap - sides.z());
         bench.Add(FreeBlock(1), GridBox(low, low + sides, {8, 6, 6}));
-        AttachmentOptions layer = PartLayer("block", "plate");
-        layer.strength = 1500;
-        layer.toughness = 2;
-        bench.Attach(layer);
+        bench.Attach(PartLayer("block", "plate"));
         ToolOptions grasper;
         grasper.geometries[0].can_grasp = true;
         bench.Start({grasper});

@@ -88,7 +88,7 @@ struct FilledBall {
     ball.lattice.margin = 0.0005;
     ball.lattice.local.functions = 0;
     ball.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.15)}, {}});
-    ball.lumens = {{.region = {}, .filled = true, .bulk_modulus = bulk_modulus}};
+    ball.lumens.emplace_back().bulk_modulus = bulk_modulus;
     ball.layers = {{.region = {}, .stiffness = 30, .poisson = 0.45, .strength = strength}};
     const SurfaceMesh outer = Ellipsoid(Vector3d::Constant(kOuter), 3);
     const SurfaceMesh inner = Ellipsoid(Vector3d::Constant(kOuter - kWall), 3);
