@@ -40,7 +40,7 @@ class AttachmentLink final : public BodyLink {
   Matrix3d ComplianceOf(std::size_t duct, int node);
 
   /// Makes room for Keep(). Set-up only.
-  void MayRepeat() { kept_.emplace(Kept{state_.KeptState(), w_, relief_, let_go_}); }
+  void MayRepeat() { kept_.emplace(Kept{state_.solved(), w_, relief_, let_go_}); }
   /// Keeps the state before a step, only after MayRepeat(), and returns to it: the step's first solution
   /// was rejected, and Begin() follows.
   void Keep();
@@ -104,7 +104,7 @@ class AttachmentLink final : public BodyLink {
   Eigen::VectorXd relief_;
   Eigen::VectorXd moved_;  // 3n of the largest member with ducts, scratch
   struct Kept {
-    AttachmentState::Kept state;
+    AttachmentState::Solved state;
     Eigen::VectorXd w, relief;
     std::vector<char> let_go;
   };
