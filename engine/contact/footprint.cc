@@ -10,6 +10,9 @@ namespace {
 // Longest side of a part in which the lattice's row is sampled, of the resolved radius.
 constexpr double kResolution = 0.25;
 
+// A corner whose weights sum to less has no points: those of one point at all corners sum to four.
+constexpr double kNoWeight = 1e-6;
+
 // A point load at these depths, in the side of a square and in the radius of the kernel, sinks like
 // a uniform square (UniformPairSinking) and like two kernels (KernelPairSinking) at d = 0.
 constexpr double kUniformDepth = 0.336, kKernelDepth = 0.473;
@@ -60,7 +63,8 @@ void Footprint::Resolve(const OrganModel& model, double thickness, Neighbourhood
   Sample(model, search);
 }
 
-// Scales the places to -1..1 and sets the weights (1 +- x)(1 +- y), normalised to one.
+// Scales the places to -1..1 and sets the weights (1 +- x)(1 +- y), normalised to one, of each corner near
+// which there are points.
 void Footprint::SetWeights() {
   Eigen::Vector2d low = points_[0].place, high = low, cell = Eigen::Vector2d::Zero();
   for (int i = 0; i < count_; ++i) {
@@ -70,9 +74,10 @@ void Footprint::SetWeights() {
   }
   std::array<int, 2> signs;
   for (int axis = 0; axis < 2; ++axis) signs[axis] = has_local_ && high[axis] > low[axis] ? 2 : 1;
-  rows_ = signs[0] * signs[1];
-  for (int row = 0; row < rows_; ++row) {
-    const Eigen::Vector2d sign((row % signs[0]) * 2 - 1, (row / signs[0]) * 2 - 1);
+  rows_ = 0;
+  for (int corner = 0; corner < signs[0] * signs[1]; ++corner) {
+    const Eigen::Vector2d sign((corner % signs[0]) * 2 - 1, (corner / signs[0]) * 2 - 1);
+    auto& weights = weights_[rows_];
     double sum = 0;
     for (int i = 0; i < count_; ++i) {
       double weight = 1;
@@ -82,10 +87,12 @@ void Footprint::SetWeights() {
             (2 * points_[i].place[axis] - low[axis] - high[axis]) / (high[axis] - low[axis]);
         weight *= 1 + sign[axis] * along;
       }
-      weights_[row][i] = weight;
+      weights[i] = weight;
       sum += weight;
     }
-    for (int i = 0; i < count_; ++i) weights_[row][i] /= sum;
+    if (sum < kNoWeight) continue;  // all points lie on the two sides that do not meet there
+    for (int i = 0; i < count_; ++i) weights[i] /= sum;
+    ++rows_;
   }
 }
 

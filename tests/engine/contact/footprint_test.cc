@@ -118,5 +118,38 @@ TEST(Footprint, OnePointHasOneRow) {
   EXPECT_EQ(footprint->rows(), 1);
 }
 
+// Points on two sides of a square that meet: none is near the corner across.
+TEST(Footprint, PointsInAnAngleHaveNoRowAtTheCornerAcross) {
+  const OrganModel model = DiscBlock({0.3, 20, 4, 0});
+  OrganState state(model, 1);
+  const SurfaceTree tree(model.rest().vertices, model.rest().triangles);
+  const double side = 0.002;
+  for (const double sign_x : {-1.0, 1.0}) {
+    for (const double sign_y : {-1.0, 1.0}) {
+      const auto footprint = std::make_unique<Footprint>();
+      for (int i = 0; i < 5; ++i) {
+        for (int j = 0; j < 5; ++j) {
+          if (i > 0 && j > 0) continue;
+          const Eigen::Vector2d place(sign_x * side * (i - 2), sign_y * side * (j - 2));
+          const Vector3d p(place.x(), place.y(), 0);
+          footprint->Add({tree.Closest(p, 1).at, place, {side, side}});
+        }
+      }
+      footprint->Resolve(model, 0, &state.neighbourhoods);
+      ASSERT_EQ(footprint->rows(), 3);
+      LocalCoupling C;
+      FillLocalCoupling({footprint.get(), 1}, &C);
+      ASSERT_TRUE(C.allFinite());
+      const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen{Eigen::MatrixXd(C)};
+      EXPECT_GT(eigen.eigenvalues().minCoeff(), 0);
+      for (int k = 0; k < 3; ++k) {
+        Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(state.control_displacements.rows());
+        footprint->AddToRow(k, model, state.contacts.refinement, row);
+        EXPECT_NEAR(row.sum(), 1, 1e-9);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace hpdm
