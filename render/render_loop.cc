@@ -192,10 +192,12 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
   ViewSettings shown = settings_;
   // Without a window nobody needs to know, and the words would stay in the film.
   shown.recording &= !options_.frame_folder.empty() && edges_.settings != nullptr;
+  if (edges_.marks != nullptr) edges_.marks->Update();
   if (snapshot.step.time_ns > notice_end_ns_) screenshot_notice_.clear();
-  return MakeStatusText({shown, health, snapshot, frame_rate_.hz(), error_scale, options_.limits,
-                         scope_.X_WC(), screenshot_notice_},
-                        options_.names);
+  return MakeStatusText(
+      {shown, health, snapshot, frame_rate_.hz(), error_scale, options_.limits, scope_.X_WC(),
+       screenshot_notice_, edges_.marks != nullptr ? &edges_.marks->Front() : nullptr},
+      options_.names);
 }
 
 // Throws MachineError if the text cannot be drawn in a new size.
@@ -211,7 +213,7 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
     // not.
     const bool clean = (settings_.overlays & kOverlayText) == 0;
     if (clean) drawing_->target.Read(&image_);
-    drawing_->text.Draw(TextOf(snapshot), scope_.width(), scope_.height());
+    drawing_->text.Draw(TextOf(snapshot), scope_.width(), scope_.height(), options_.palette);
     drawing_->context->Present(drawing_->target, settings_.window_width, settings_.window_height);
     if (!clean) drawing_->target.Read(&image_);
     reason = drawing_->context->Failure();

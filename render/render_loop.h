@@ -20,6 +20,7 @@
 #include "render/gl/render_context.h"
 #include "render/image/frame_sink.h"
 #include "render/image/image_file.h"
+#include "render/overlay/palette.h"
 #include "render/overlay/status_text.h"
 #include "render/overlay/view_settings.h"
 #include "render/scene_renderer.h"
@@ -36,6 +37,7 @@ struct RenderOptions {
   std::filesystem::path screenshot_folder;    ///< A window's screenshots; made with the first one.
   StatusNames names;                          ///< Names in the status text.
   HandlingLimits limits;                      ///< The status text has an alarm above them.
+  Palette palette = Palette::kStandard;       ///< Of the status text.
   std::uint32_t overlays = kOverlayNone;      ///< Or-ed; a window's ViewSettings replace them.
   std::vector<AttachmentVisual> attachments;  ///< Layers between the organs.
   std::vector<DuctVisual> ducts;
@@ -96,6 +98,7 @@ class RenderLoop {
     TripleBuffer<SessionHealth>* health = nullptr;   ///< Figures of the status text.
     SpscQueue<LoopEvent>* events = nullptr;          ///< Receives events for the log: screenshots,
                                                      ///< the loop's end.
+    TripleBuffer<PictureMarks>* marks = nullptr;     ///< A teacher's marks.
   };
 
   /// Set-up, any thread; makes no OpenGL call. The visuals' meshes and the edges must outlive the

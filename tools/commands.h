@@ -16,6 +16,7 @@ void AddInspectCommand(Command app);
 void AddGenerateCommand(Command app);
 void AddLogCommand(Command app);
 void AddSpyCommand(Command app);
+void AddTeachCommand(Command app);
 void AddReplayCommand(Command app);
 void AddReportCommand(Command app);
 void AddSolveCommand(Command app);

@@ -57,6 +57,7 @@ void AddCommands(hpdm::Command app, const std::vector<std::string>& command_line
   hpdm::AddReplayCommand(app);
   hpdm::AddReportCommand(app);
   hpdm::AddSpyCommand(app);
+  hpdm::AddTeachCommand(app);
   hpdm::AddLogCommand(app);
   hpdm::AddCheckCommand(app);
   hpdm::AddInspectCommand(app);

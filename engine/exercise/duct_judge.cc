@@ -10,12 +10,12 @@ namespace {
 
 // Share of the lumen's width, below 1 by roundings.
 constexpr double kWhole = 1 - 1e-9;
-// Clips that must be left on a side of a cut.
-constexpr int kLeftInBody = 2, kLeftOnOrgan = 1;
+// Clips that must be left on the organ's side of a cut.
+constexpr int kLeftOnOrgan = 1;
 
 }  // namespace
 
-DuctJudge::DuctJudge(std::vector<ExerciseDuct> ducts) {
+DuctJudge::DuctJudge(std::vector<ExerciseDuct> ducts, int stay) : stay_(stay) {
   for (const ExerciseDuct& duct : ducts) ducts_.push_back({.options = duct});
 }
 
@@ -61,8 +61,8 @@ bool DuctJudge::IsCutWell(int duct) const {
     at_a += clip.covers && clip.arc < first;
     at_b += clip.covers && clip.arc > last;
   }
-  return at_a >= (found->options.organ_end == 0 ? kLeftOnOrgan : kLeftInBody) &&
-         at_b >= (found->options.organ_end == 1 ? kLeftOnOrgan : kLeftInBody);
+  return at_a >= (found->options.organ_end == 0 ? kLeftOnOrgan : stay_) &&
+         at_b >= (found->options.organ_end == 1 ? kLeftOnOrgan : stay_);
 }
 
 }  // namespace hpdm

@@ -19,9 +19,9 @@ namespace hpdm {
 ///   3. at least kLeastGap is between its edge and that of each other clip, and
 ///   4. at least kLeastToEnd is between its edge and each end that stays in the body.
 ///
-/// A duct is cut well if two clips that cover the lumen are left between the cut and each end that stays
-/// in the body, and one between the cut and the organ's end. Three clips, of which two stay, are common
-/// practice; the distances are the project's own. One thread; a call allocates only to keep a clip or a
+/// A duct is cut well if `stay` clips that cover the lumen are left between the cut and each end that
+/// stays in the body, and one between the cut and the organ's end. Three clips, of which two stay, are
+/// common practice; the distances are the project's own. One thread; a call allocates only to keep a clip or a
 /// cut.
 class DuctJudge {
  public:
@@ -29,7 +29,7 @@ class DuctJudge {
   static constexpr double kLeastGap = 0.002;    ///< m.
   static constexpr double kLeastToEnd = 0.003;  ///< m.
 
-  explicit DuctJudge(std::vector<ExerciseDuct> ducts);
+  explicit DuctJudge(std::vector<ExerciseDuct> ducts, int stay = kClipsThatStay);
 
   /// True if a new clip is good beside the ones so far.
   bool IsGood(const DuctAction& clip, double angle) const;
@@ -52,6 +52,7 @@ class DuctJudge {
   const Duct* Find(int duct) const;
 
   std::vector<Duct> ducts_;
+  int stay_;
 };
 
 }  // namespace hpdm

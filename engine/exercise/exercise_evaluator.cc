@@ -57,8 +57,9 @@ double TornArea(const StepSample& sample, int attachment) {
 ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
     : options_(std::move(options)),
       watches_(options_.errors.size()),
-      judge_(options_.ducts),
-      torn_(options_.errors.size(), 0) {}
+      judge_(options_.ducts, options_.clips_that_stay),
+      torn_(options_.errors.size(), 0),
+      bleedings_counted_(options_.errors.size()) {}
 
 void ExerciseEvaluator::Add(const StepSample& sample) {
   if (result_.ended) return;
@@ -67,6 +68,7 @@ void ExerciseEvaluator::Add(const StepSample& sample) {
   const double dt = ToSeconds(sample.step.time_ns - last_ns_);
   last_ns_ = sample.step.time_ns;
   result_.time = ToSeconds(sample.step.time_ns - start_ns_);
+  AdvanceBleedings(sample);
   FindErrors(sample, dt);
   for (int t = 0; t < sample.tool_count; ++t) JudgeAction(sample, t);
   AdvanceStep(sample);
@@ -169,6 +171,9 @@ void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
       case ExerciseErrorKind::kEarlyCut:
       case ExerciseErrorKind::kBadCut:
         break;  // JudgeAction()
+      case ExerciseErrorKind::kBleeding:
+        FindBleedings(rule);
+        break;
     }
   }
 }
@@ -329,6 +334,45 @@ void ExerciseEvaluator::FindInversion(const StepSample& sample, std::size_t rule
   watch.last = result_.time;
   if (watch.active) return;
   watch.active = AddError(rule, -1, -1, Vector3d::Zero(), 0);
+}
+
+void ExerciseEvaluator::AddBleeding(Nanoseconds time_ns) {
+  if (bleedings_ns_.size() >= kMaxErrors) return;
+  bleedings_ns_.push_back(time_ns);
+  for (std::vector<bool>& counted : bleedings_counted_) counted.push_back(false);
+}
+
+int ExerciseEvaluator::BleedingsStopped() const {
+  return static_cast<int>(std::ranges::count(result_.bleedings, true, &ExerciseBleeding::stopped));
+}
+
+// Lists the bleedings that have begun, and lets each clip stop the oldest one.
+void ExerciseEvaluator::AdvanceBleedings(const StepSample& sample) {
+  std::vector<ExerciseBleeding>& bleedings = result_.bleedings;
+  while (bleedings.size() < bleedings_ns_.size() &&
+         bleedings_ns_[bleedings.size()] < sample.step.time_ns) {
+    const double begin = std::max(0.0, ToSeconds(bleedings_ns_[bleedings.size()] - start_ns_));
+    bleedings.push_back({begin, begin});
+  }
+  for (ExerciseBleeding& bleeding : bleedings) {
+    if (!bleeding.stopped) bleeding.end = result_.time;
+  }
+  for (int t = 0; t < sample.tool_count; ++t) {
+    if (sample.duct_actions[static_cast<std::size_t>(t)].kind != DuctActionKind::kClip) continue;
+    const auto open = std::ranges::find(bleedings, false, &ExerciseBleeding::stopped);
+    if (open != bleedings.end()) open->stopped = true;
+  }
+}
+
+void ExerciseEvaluator::FindBleedings(std::size_t rule) {
+  for (std::size_t b = 0; b < result_.bleedings.size(); ++b) {
+    const ExerciseBleeding& bleeding = result_.bleedings[b];
+    if (bleedings_counted_[rule][b] ||
+        bleeding.end - bleeding.begin < options_.errors[rule].limit) {
+      continue;
+    }
+    bleedings_counted_[rule][b] = AddError(rule, -1, -1, Vector3d::Zero(), 0);
+  }
 }
 
 bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W,

@@ -22,14 +22,22 @@ struct ExerciseError {
   int duct = -1;     ///< -1: none.
 };
 
+/// A bleeding that the teacher began.
+struct ExerciseBleeding {
+  double begin = 0;  ///< s since the exercise began.
+  double end = 0;    ///< s, when a clip stopped it; until then, the time of the last step.
+  bool stopped = false;
+};
+
 /// The outcome of an exercise so far.
 struct ExerciseResult {
   std::vector<double> step_times;  ///< s since the exercise began, of each step that is done.
   std::vector<ExerciseError> errors;
-  double time = 0;      ///< s since the exercise began, up to its end.
-  bool ended = false;   ///< All steps are done, or the time is over.
-  bool passed = false;  ///< All steps are done.
-  double score = 0;     ///< 0..100.
+  std::vector<ExerciseBleeding> bleedings;  ///< In the order of their begins.
+  double time = 0;                          ///< s since the exercise began, up to its end.
+  bool ended = false;                       ///< All steps are done, or the time is over.
+  bool passed = false;                      ///< All steps are done.
+  double score = 0;                         ///< 0..100.
 };
 
 /// Judges a session by its deformation steps. It reads nothing but logged fields of StepSample, so
@@ -38,13 +46,18 @@ struct ExerciseResult {
 ///     session:  StepSample queue --> telemetry loop --> [evaluator] --> display, end
 ///     log:      HPDM_CONTACT ------------------------> [evaluator] --> report
 ///
+/// Besides it takes the times of the log's events kBleeding. An event may come before or after the steps
+/// of that time: the log writes a step once a tick has used it, so only times decide. Each clip that holds
+/// a duct stops the oldest bleeding that began before its step.
+///
 /// The exercise begins with the first step. Forces are those on tissue at the steps; a peak between
 /// two steps is not seen. An error counts once until its condition has ended.
 ///
 ///     score = max(0, kStepPoints done / steps + kTimePoints share - sum of the errors' points)
 ///
 /// with share = 1 up to the target time and from there linearly to 0 at the time limit, and 0 unless
-/// all steps are done. One thread; a call allocates only when a step, an error, a clip or a cut is added.
+/// all steps are done. One thread; a call allocates only when a step, an error, a bleeding, a clip or a cut
+/// is added.
 class ExerciseEvaluator {
  public:
   static constexpr double kStepPoints = 80;
@@ -59,6 +72,11 @@ class ExerciseEvaluator {
 
   /// Takes the next deformation step. After the end it does nothing.
   void Add(const StepSample& sample);
+
+  /// A bleeding begins at this session time. Times do not decrease; no step more than the newest one
+  /// before it has been added.
+  void AddBleeding(Nanoseconds time_ns);
+  int BleedingsStopped() const;
 
   const ExerciseOptions& options() const { return options_; }
   const ExerciseResult& result() const { return result_; }
@@ -83,6 +101,8 @@ class ExerciseEvaluator {
   void FindBurns(const StepSample& sample, std::size_t rule, double dt);
   void FindDrops(const StepSample& sample, std::size_t rule);
   void FindInversion(const StepSample& sample, std::size_t rule);
+  void AdvanceBleedings(const StepSample& sample);
+  void FindBleedings(std::size_t rule);
   bool AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W, double force,
                 int duct = -1);
   double ProgressOf(const ExerciseStepOptions& step, const StepSample& sample) const;
@@ -99,7 +119,9 @@ class ExerciseEvaluator {
   double points_ = 0;                                        // that errors cost
   std::vector<std::array<Watch, kMaxInstruments>> watches_;  // of each rule
   DuctJudge judge_;
-  std::vector<double> torn_;  // of each rule, m^2: counted so far
+  std::vector<double> torn_;                          // of each rule, m^2: counted so far
+  std::vector<Nanoseconds> bleedings_ns_;             // begins, session time
+  std::vector<std::vector<bool>> bleedings_counted_;  // of each rule, each bleeding
   std::array<SolvedContact, kMaxInstruments> last_contacts_;
 };
 

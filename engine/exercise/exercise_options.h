@@ -52,6 +52,8 @@ struct ExerciseStepOptions {
 
 /// Largest angle of a good clip if no rule says another, rad.
 inline constexpr double kClipAngle = 20 * std::numbers::pi / 180;
+/// Clips that stay in the body after a cut.
+inline constexpr int kClipsThatStay = 2;
 
 enum class ExerciseErrorKind {
   kForce,      ///< An instrument exerts more than `limit` N on tissue.
@@ -66,6 +68,7 @@ enum class ExerciseErrorKind {
   kEarlyClip,  ///< A duct is clipped before the step `before` is done.
   kEarlyCut,   ///< A duct is cut before it.
   kBadCut,     ///< After a cut, a duct is not cut well (duct_judge.h).
+  kBleeding,   ///< A bleeding that the teacher began has lasted for `limit` s.
 };
 
 /// Something that a trainee must avoid. Each time is an error that costs `points`.
@@ -90,6 +93,7 @@ struct ExerciseOptions {
   std::vector<ExerciseErrorOptions> errors;
   std::vector<ExerciseTool> hooks;  ///< The scene's hooks.
   std::vector<ExerciseDuct> ducts;  ///< The scene's ducts.
+  int clips_that_stay = kClipsThatStay;
 };
 
 }  // namespace hpdm

@@ -30,12 +30,17 @@ EventReporter::EventReporter(const SessionInfo& info, Sink sink, Tell tell)
       attachments_(info.attachments),
       layers_(info.layers),
       lumens_(info.lumens),
-      ducts_(info.ducts) {
+      ducts_(info.ducts),
+      left_handed_(info.left_handed) {
   for (const OrganDescription& organ : info.organs) organs_.push_back(organ.name);
 }
 
 void EventReporter::ReportStart(const Histogram& baseline) {
   sink_(EventSeverity::kInfo, std::string(kSessionStart), SessionStartText(instruments_));
+  if (left_handed_ && instruments_.size() > 1) {
+    sink_(EventSeverity::kInfo, std::string(kLeftHanded),
+          instruments_[0] + " and " + instruments_[1] + " have exchanged their ports");
+  }
   if (baseline.count() == 0) return;
   char text[120];
   std::snprintf(text, sizeof text, "an empty loop woke late by %.1f us (p99), %.1f us at most",
@@ -232,6 +237,9 @@ void EventReporter::Add(const ExerciseEvaluator& exercise) {
   for (; exercise_steps_ < result.step_times.size(); ++exercise_steps_) {
     sink_(EventSeverity::kInfo, "exercise.step",
           "done: " + exercise.options().steps[exercise_steps_].name);
+  }
+  for (; bleedings_stopped_ < exercise.BleedingsStopped(); ++bleedings_stopped_) {
+    sink_(EventSeverity::kInfo, "exercise.bleeding_stopped", "a clip stops the bleeding");
   }
   if (!result.ended || exercise_ended_) return;
   exercise_ended_ = true;

@@ -86,6 +86,7 @@ class EventReporter {
   std::vector<LayerDescription> layers_;
   std::vector<std::string> lumens_;
   std::vector<std::string> ducts_;
+  bool left_handed_ = false;
 
   SessionControl control_;  // as the last sample had it
   std::array<bool, kMaxInstruments> device_lost_{};
@@ -99,6 +100,7 @@ class EventReporter {
   std::array<bool, kMaxLumens> perforated_{};
   std::array<DuctOutcome, kMaxDucts> duct_outcomes_{};    // of the last step
   std::size_t exercise_steps_ = 0, exercise_errors_ = 0;  // reported so far
+  int bleedings_stopped_ = 0;                             // the same
   bool exercise_ended_ = false;
   int shed_level_ = 0;           // of the last step
   std::uint64_t overflows_ = 0;  // reported so far

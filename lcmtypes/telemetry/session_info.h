@@ -34,10 +34,17 @@ struct SessionInfo {
   std::vector<std::string> lumens;       ///< Names of the filled ones of the organs in turn.
   std::vector<std::string> ducts;        ///< Names.
   std::optional<ExerciseOptions> exercise;
+  bool left_handed = false;  ///< The first two instruments have exchanged their ports.
 };
 
 /// Name of a session's first event. Its text lists the instruments.
 inline constexpr std::string_view kSessionStart = "session.start";
+
+/// Name of the event after it in a session whose first two instruments have exchanged their ports.
+inline constexpr std::string_view kLeftHanded = "session.left_handed";
+
+/// Name of the event with which a teacher's bleeding begins, at the event's time.
+inline constexpr std::string_view kBleeding = "teacher.bleeding";
 
 /// Returns the text of kSessionStart: "instruments: left, right".
 std::string SessionStartText(const std::vector<std::string>& instruments);

@@ -21,6 +21,9 @@ constexpr Nanoseconds kSamplePatience = kNanosecondsPerSecond / 2;
 // An unchanged shape is sent again after this time, for receivers that join late or seek in a log.
 constexpr Nanoseconds kShapeRepeat = kNanosecondsPerSecond;
 
+// Between two messages about an exercise in which nothing happens.
+constexpr Nanoseconds kExercisePeriod = kNanosecondsPerSecond / 10;
+
 }  // namespace
 
 TelemetryLoop::TelemetryLoop(SpscQueue<HapticSample>* samples, SpscQueue<StepSample>* steps,
@@ -82,7 +85,10 @@ void TelemetryLoop::Drain() noexcept {
   while (options_.frames != nullptr && options_.frames->Pop(&frame)) statistics_.Add(frame);
   LoopEvent event;
   for (SpscQueue<LoopEvent>* events : options_.events) {
-    while (events->Pop(&event)) events_.Add(event);
+    while (events->Pop(&event)) {
+      events_.Add(event);
+      if (exercise_ && event.name.data() == kBleeding) exercise_->AddBleeding(now_);
+    }
   }
   health_.Publish(now_, statistics_.sums(), samples_->Overflows());
   live_.PublishMeshPart(now_);
@@ -155,11 +161,48 @@ void TelemetryLoop::Handle(const StepSample& sample) {
     exercise_->Add(sample);
     events_.Add(*exercise_);
     health_.Add(exercise_->Status());
+    SendExercise(sample.step.time_ns);
     exercise_ended_.store(exercise_->result().ended, std::memory_order_release);
+    bleedings_stopped_.store(exercise_->BleedingsStopped(), std::memory_order_release);
   }
   contact_t contact;
   ToMessage(sample, kNeverVisible, &contact);
   matcher_.AddStep(std::move(contact));
+}
+
+// Sends the exercise's state if a step, an error or the end has come, or a while after the last time.
+void TelemetryLoop::SendExercise(Nanoseconds time) {
+  const ExerciseStatus status = exercise_->Status();
+  const ExerciseOptions& options = exercise_->options();
+  exercise_t& message = exercise_message_;
+  const bool first = message.sequence == 0;
+  const bool changed = message.step != status.step || message.error_count != status.errors ||
+                       message.ended != static_cast<std::int8_t>(status.ended);
+  const Nanoseconds period = status.ended ? kShapeRepeat : kExercisePeriod;
+  if (!first && !changed && time < message.time_ns + period) return;
+  ++message.sequence;
+  message.time_ns = time;
+  message.step = status.step;
+  message.step_count = static_cast<std::int32_t>(options.steps.size());
+  message.error_count = status.errors;
+  message.progress = status.progress;
+  message.time = status.time;
+  message.time_left = status.time_left;
+  message.score = status.score;
+  message.ended = status.ended;
+  message.passed = status.passed;
+  message.name = options.name;
+  const auto step = ToSize(status.step);
+  message.instruction.clear();
+  if (step < options.steps.size()) {
+    const ExerciseStepOptions& present = options.steps[step];
+    message.instruction = present.instruction.empty() ? present.name : present.instruction;
+  }
+  if (status.last_error >= 0) {
+    message.error_time = status.last_error_time;
+    message.last_error = options.errors[ToSize(status.last_error)].name;
+  }
+  Send(kExerciseChannel, time, message);
 }
 
 void TelemetryLoop::Handle(const SceneSnapshot& scene) {

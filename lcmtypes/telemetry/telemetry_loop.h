@@ -112,6 +112,8 @@ class TelemetryLoop {
 
   /// True once the scene's exercise has ended. Any thread.
   bool ExerciseEnded() const { return exercise_ended_.load(std::memory_order_acquire); }
+  /// Number of the exercise's bleedings that were stopped. Any thread.
+  int BleedingsStopped() const { return bleedings_stopped_.load(std::memory_order_acquire); }
 
  private:
   /// Messages of a channel whose outputs the log may leave out.
@@ -136,6 +138,7 @@ class TelemetryLoop {
     std::optional<Shape> last_;
   };
 
+  void SendExercise(Nanoseconds time);
   void WriteMeshes(const std::vector<OrganDescription>& organs);
   void Handle(const HapticSample& sample);
   void Handle(const StepSample& sample);
@@ -162,6 +165,7 @@ class TelemetryLoop {
   HealthPublisher health_;
   std::optional<ExerciseEvaluator> exercise_;
   std::atomic<bool> exercise_ended_ = false;
+  std::atomic<int> bleedings_stopped_ = 0;
 
   bool finished_ = false;
   Nanoseconds now_ = 0;              // newest session time seen
@@ -179,6 +183,7 @@ class TelemetryLoop {
   organ_t organ_{};
   stats_t stats_{};
   event_t event_{};
+  exercise_t exercise_message_{};
   std::int64_t contact_sequence_ = 0;
 };
 

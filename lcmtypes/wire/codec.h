@@ -11,10 +11,12 @@
 #include "hpdm/contact_t.hpp"
 #include "hpdm/device_t.hpp"
 #include "hpdm/event_t.hpp"
+#include "hpdm/exercise_t.hpp"
 #include "hpdm/force_t.hpp"
 #include "hpdm/mesh_t.hpp"
 #include "hpdm/organ_t.hpp"
 #include "hpdm/stats_t.hpp"
+#include "hpdm/teacher_t.hpp"
 #include "hpdm/tool_t.hpp"
 #include "lcmtypes/wire/message_hash.h"
 
@@ -37,10 +39,12 @@ inline constexpr char kMeshChannel[] = "HPDM_MESH";
 inline constexpr char kStatsChannel[] = "HPDM_STATS";
 inline constexpr char kEventChannel[] = "HPDM_EVENT";
 inline constexpr char kDeviceChannel[] = "HPDM_DEVICE";
+inline constexpr char kExerciseChannel[] = "HPDM_EXERCISE";
+inline constexpr char kTeacherChannel[] = "HPDM_TEACHER";
 /// All channels of a session.
 inline constexpr std::string_view kSessionChannels[] = {
-    kToolChannel, kForceChannel, kContactChannel, kOrganChannel,
-    kMeshChannel, kStatsChannel, kEventChannel,   kDeviceChannel};
+    kToolChannel,  kForceChannel, kContactChannel, kOrganChannel,    kMeshChannel,
+    kStatsChannel, kEventChannel, kDeviceChannel,  kExerciseChannel, kTeacherChannel};
 
 /// A haptic tick is two messages: its input and its output. Each FromMessage sets its own
 /// fields of the sample and leaves the others (tool_count, tick and time_ns are in both).
@@ -104,6 +108,8 @@ bool StringsFit(std::span<const std::uint8_t> bytes, StringPlace place);
 
 StringPlace StringsOf(const event_t&);
 StringPlace StringsOf(const mesh_t&);
+StringPlace StringsOf(const exercise_t&);
+StringPlace StringsOf(const teacher_t&);
 template <typename Message>
 StringPlace StringsOf(const Message&) {
   return {};

@@ -237,6 +237,28 @@ std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const Exercise
           {Text("score %.0f of 100", status.score), Tone::kGood}};
 }
 
+// Radii of marks in heights of the picture. A bleeding grows for 15 s.
+constexpr double kPointRadius = 0.035, kBleedingRadius = 0.015, kBleedingGrowth = 0.004;
+constexpr double kBleedingGrows = 15;  // s
+
+std::vector<StatusMark> MarksOf(const PictureMarks& marks, Nanoseconds now) {
+  std::vector<StatusMark> drawn;
+  for (int m = 0; m < marks.count; ++m) {
+    const PictureMark& mark = marks.marks[static_cast<std::size_t>(m)];
+    StatusMark& one = drawn.emplace_back(StatusMark{mark.kind, mark.x, mark.y});
+    const std::string text = mark.text.data();
+    if (mark.kind == PictureMark::Kind::kPoint) {
+      one.radius = kPointRadius;
+      one.line = {text, Tone::kWarning};
+    } else {
+      const double age = std::clamp(ToSeconds(now - mark.since_ns), 0.0, kBleedingGrows);
+      one.radius = kBleedingRadius + kBleedingGrowth * age;
+      one.line = {"bleeding" + (text.empty() ? "" : ": " + text), Tone::kAlarm};
+    }
+  }
+  return drawn;
+}
+
 std::vector<StatusLine> Keys() {
   const auto key = [](const char* keys, const char* what) {
     return StatusLine{what, Tone::kPlain, {}, keys};
@@ -286,6 +308,7 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
     AddNotices(status, names, &text.state);
     text.alarms = AlarmLines(status, names);
   }
+  if (status.marks != nullptr) text.marks = MarksOf(*status.marks, status.scene.step.time_ns);
   const ExerciseStatus& exercise = status.health.exercise;
   const bool guides = status.view.guidance && names.exercise && exercise.present;
   if (guides && !exercise.ended) text.guidance = GuidanceLines(exercise, *names.exercise);

@@ -8,6 +8,7 @@
 #include "engine/base/handling_limits.h"
 #include "engine/exercise/exercise_options.h"
 #include "engine/snapshots.h"
+#include "render/overlay/picture_marks.h"
 #include "render/overlay/view_settings.h"
 
 namespace hpdm {
@@ -30,6 +31,7 @@ struct Status {
   HandlingLimits limits = {};
   Isometry3d X_WC = Isometry3d::Identity();  ///< The camera's pose, x to the right.
   std::string screenshot = {};  ///< "saved NAME" for a while after a screenshot; else empty.
+  const PictureMarks* marks = nullptr;  ///< Of a teacher; null: none.
 };
 
 enum class Tone { kPlain, kDim, kGood, kWarning, kAlarm };
@@ -39,6 +41,14 @@ struct StatusLine {
   Tone tone = Tone::kPlain;
   std::optional<double> bar = {};  ///< A bar beside the text, 0 empty .. 1 full.
   std::string key = {};            ///< Column before the text of the banner.
+};
+
+/// A teacher's mark as it is drawn: a frame, or the disc of a bleeding, with a text beside it.
+struct StatusMark {
+  PictureMark::Kind kind = PictureMark::Kind::kPoint;
+  double x = 0, y = 0;  ///< 0..1 of the picture.
+  double radius = 0;    ///< Of its height.
+  StatusLine line;
 };
 
 /// The text by its place: the corners outside the circular picture, and the middle over it. A
@@ -52,6 +62,7 @@ struct StatusText {
   std::vector<StatusLine> alarms;    ///< Top of the circle: limits.
   std::vector<StatusLine> guidance;  ///< Bottom of the circle: the exercise.
   std::vector<StatusLine> banner;    ///< Middle: PAUSED, or the keys.
+  std::vector<StatusMark> marks = {};
 };
 
 /// The bar is full at this many force limits.

@@ -8,57 +8,64 @@ namespace {
 
 constexpr int kBarWidth = 8;  // in units of half the text's size
 
-Eigen::Vector4f ColourOf(Tone tone) {
-  switch (tone) {
-    case Tone::kPlain:
-      return {0.92f, 0.93f, 0.94f, 1};
-    case Tone::kDim:
-      return {0.60f, 0.63f, 0.66f, 1};
-    case Tone::kGood:
-      return {0.45f, 0.85f, 0.95f, 1};
-    case Tone::kWarning:
-      return {1.0f, 0.80f, 0.30f, 1};
-    case Tone::kAlarm:
-      return {1.0f, 0.42f, 0.36f, 1};
-  }
-  return Eigen::Vector4f::Ones();
-}
-
-// Returns green, yellow from two thirds of the force limit on, or red above it.
-Eigen::Vector4f BarColour(double fraction) {
-  const double limits = kBarLimits * fraction;
-  return limits < 2. / 3 ? Eigen::Vector4f(0.35f, 0.80f, 0.45f, 1)
-         : limits <= 1   ? ColourOf(Tone::kWarning)
-                         : ColourOf(Tone::kAlarm);
-}
-
 class Page {
  public:
-  Page(const GlyphAtlas& atlas, int width, int height)
-      : atlas_(atlas), width_(width), height_(height) {}
+  Page(const GlyphAtlas& atlas, Palette palette, int width, int height)
+      : atlas_(atlas), palette_(palette), width_(width), height_(height) {}
 
   int LineWidth(const StatusLine& line) const {
-    return atlas_.Width(line.text) + (line.bar ? Gap() + BarWidth() : 0);
+    return atlas_.Width(TextOf(line)) + (line.bar ? Gap() + BarWidth() : 0);
   }
 
   // Adds a line with its top left corner at (x, y).
   void AddLine(const StatusLine& line, int x, int y) {
     const int base = y + atlas_.ascent();
     // A dark edge keeps light text readable over the picture.
-    AddText(line.text, x + 1, base + 1, {0, 0, 0, 0.8f});
-    const int end = AddText(line.text, x, base, ColourOf(line.tone));
+    AddText(TextOf(line), x + 1, base + 1, {0, 0, 0, 0.8f});
+    const int end = AddText(TextOf(line), x, base, ColourOf(line.tone, palette_));
     if (!line.bar) return;
     const int left = end + Gap(), thickness = std::max(3, atlas_.pixels() / 2);
     const int top = base - thickness;
     AddRectangle(left, top, BarWidth(), thickness, {0.35f, 0.37f, 0.40f, 0.9f});
     AddRectangle(left + 1, top + 1, BarWidth() - 2, thickness - 2, {0.05f, 0.05f, 0.06f, 1});
     const int filled = static_cast<int>(std::lround(*line.bar * (BarWidth() - 2)));
-    AddRectangle(left + 1, top + 1, filled, thickness - 2, BarColour(*line.bar));
+    AddRectangle(left + 1, top + 1, filled, thickness - 2, BarColour(*line.bar, palette_));
   }
 
   void AddRectangle(int x, int y, int width, int height, const Eigen::Vector4f& colour) {
     if (width <= 0 || height <= 0) return;
     Add({x, y, width, height, 0, 0, 1, 1, colour});
+  }
+
+  // Adds a teacher's mark: four bars around a point, or a disc for a bleeding; its text to the right,
+  // or to the left near the right edge.
+  void AddMark(const StatusMark& mark) {
+    const int x = static_cast<int>(std::lround(mark.x * width_));
+    const int y = static_cast<int>(std::lround(mark.y * height_));
+    const int radius = std::max(4, static_cast<int>(std::lround(mark.radius * height_)));
+    if (mark.kind == PictureMark::Kind::kPoint) {
+      const int thickness = std::max(2, atlas_.pixels() / 5), length = radius - radius / 3;
+      for (const int grow : {1, 0}) {  // a dark edge first
+        const TextColour colour =
+            grow > 0 ? TextColour(0, 0, 0, 0.8f) : ColourOf(Tone::kWarning, palette_);
+        const int half = thickness / 2 + grow, part = length + 2 * grow;
+        AddRectangle(x - radius - grow, y - half, part, 2 * half, colour);
+        AddRectangle(x + radius - length - grow, y - half, part, 2 * half, colour);
+        AddRectangle(x - half, y - radius - grow, 2 * half, part, colour);
+        AddRectangle(x - half, y + radius - length - grow, 2 * half, part, colour);
+      }
+    } else {
+      const TextColour blood(0.45f, 0.01f, 0.02f, 0.92f);
+      for (int row = -radius; row < radius; ++row) {
+        const double across = std::sqrt(radius * radius - (row + 0.5) * (row + 0.5));
+        const int half = static_cast<int>(std::lround(across));
+        AddRectangle(x - half, y + row, 2 * half, 1, blood);
+      }
+    }
+    const int beside = radius + Gap();
+    const int text = LineWidth(mark.line);
+    const bool fits = x + beside + text <= width_;
+    AddLine(mark.line, fits ? x + beside : x - beside - text, y - atlas_.line_height() / 2);
   }
 
   // Adds lines from the top down at the left or right edge.
@@ -121,6 +128,11 @@ class Page {
   std::vector<TextQuad> Take() { return std::move(quads_); }
 
  private:
+  // Colour is not the only sign of an alarm.
+  std::string TextOf(const StatusLine& line) const {
+    const bool marked = palette_ == Palette::kColourBlind && line.tone == Tone::kAlarm;
+    return marked ? "! " + line.text : line.text;
+  }
   int Gap() const { return atlas_.pixels() / 2; }
   int BarWidth() const { return kBarWidth * atlas_.pixels() / 2; }
 
@@ -154,6 +166,7 @@ class Page {
   }
 
   const GlyphAtlas& atlas_;
+  Palette palette_;
   int width_;
   int height_;
   std::vector<TextQuad> quads_;
@@ -165,10 +178,11 @@ int TextPixels(int width, int height) {
   return std::clamp(std::min(width * 3 / 4, height) / 35, 9, 48);
 }
 
-std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, int width,
-                             int height) {
-  Page page(atlas, width, height);
+std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, int width, int height,
+                             Palette palette) {
+  Page page(atlas, palette, width, height);
   const int margin = page.Margin();
+  for (const StatusMark& mark : text.marks) page.AddMark(mark);
   page.AddBlock(text.loops, false, margin);
   page.AddBlock(text.state, true, margin);
   std::array<int, 2> bottoms{height - margin, height - margin};  // left and right

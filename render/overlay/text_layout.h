@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "render/overlay/glyph_atlas.h"
+#include "render/overlay/palette.h"
 #include "render/overlay/status_text.h"
 
 namespace hpdm {
@@ -23,7 +24,7 @@ int TextPixels(int width, int height);
 /// Lays the text out on a picture of width x height pixels, back to front: its blocks in the
 /// corners, the banner on a dark panel over the middle. Characters that would cross the picture's
 /// edge are omitted, rectangles are cut.
-std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, int width,
-                             int height);
+std::vector<TextQuad> LayOut(const StatusText& text, const GlyphAtlas& atlas, int width, int height,
+                             Palette palette = Palette::kStandard);
 
 }  // namespace hpdm

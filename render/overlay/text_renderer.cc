@@ -39,11 +39,11 @@ void TextRenderer::UseSize(int pixels) {
   glTexParameteri(GL_TEXTURE_2D, GL_TEXTURE_WRAP_T, GL_CLAMP_TO_EDGE);
 }
 
-void TextRenderer::Draw(const StatusText& text, int width, int height) {
+void TextRenderer::Draw(const StatusText& text, int width, int height, Palette palette) {
   glActiveTexture(GL_TEXTURE0);
   UseSize(TextPixels(width, height));
   corners_.clear();
-  for (const TextQuad& quad : LayOut(text, *atlas_, width, height)) {
+  for (const TextQuad& quad : LayOut(text, *atlas_, width, height, palette)) {
     // Two triangles.
     for (const auto& [right, below] : {std::pair{0, 0}, {0, 1}, {1, 0}, {1, 0}, {0, 1}, {1, 1}}) {
       const Eigen::Vector4f& colour = quad.colour;

@@ -18,7 +18,7 @@ class TextRenderer {
   /// Draws `text` on a picture of width x height pixels; the text's size follows the picture's.
   /// Leaves OpenGL's state unchanged. Throws MachineError if the font cannot be drawn in a new
   /// size.
-  void Draw(const StatusText& text, int width, int height);
+  void Draw(const StatusText& text, int width, int height, Palette palette = Palette::kStandard);
 
  private:
   struct Vertex {

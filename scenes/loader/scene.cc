@@ -1,6 +1,7 @@
 #include "scenes/loader/scene.h"
 
 #include <cmath>
+#include <utility>
 
 #include "engine/base/quoted_token.h"
 #include "engine/base/text_list.h"
@@ -59,6 +60,14 @@ LaparoscopeOptions ReadLaparoscope(const TableReader& table) {
   return scope;
 }
 
+// The port and the device belong to a side of the body, the instrument to a hand.
+void ExchangePorts(InstrumentOptions* a, InstrumentOptions* b) {
+  std::swap(a->p_trocar_W, b->p_trocar_W);
+  std::swap(a->trocar_friction, b->trocar_friction);
+  std::swap(a->trocar_torque, b->trocar_torque);
+  std::swap(a->device, b->device);
+}
+
 template <typename Options>
 void RefuseTakenName(const TableReader& table, const Options& added,
                      const std::vector<Options>& others) {
@@ -104,6 +113,7 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     table->ReadName("name", &scene.name);
     table->ReadVector("gravity", Interval::Within(100, "m/s^2"), &gravity_W);
     table->ReadFile("background", &scene.background);
+    table->ReadBoolean("left_handed", &scene.left_handed);
   }
   if (const auto table = root.Table("timing", kTimingKeys)) scene.timing = ReadTiming(*table);
 
@@ -144,6 +154,14 @@ Scene ReadScene(const TomlDocument& document, KeyObserver* observer) {
     InstrumentOptions instrument = ReadInstrument(table, scene.organs);
     RefuseTakenName(table, instrument, scene.instruments);
     scene.instruments.push_back(std::move(instrument));
+  }
+  if (scene.left_handed) {
+    if (scene.instruments.size() < 2) {
+      root.Table("scene", kSceneKeys)
+          ->Fail("left_handed", "needs two instruments, which exchange their ports",
+                 "remove it or add an [[instrument]]");
+    }
+    ExchangePorts(&scene.instruments[0], &scene.instruments[1]);
   }
   for (const TableReader& table : root.Tables("load", kLoadKeys)) {
     const LoadOptions& load = scene.loads.emplace_back(ReadLoad(table, scene.organs));

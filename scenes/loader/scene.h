@@ -42,6 +42,8 @@ struct Scene {
 
   std::string name;        ///< Default: the file's name without its extension.
   std::string background;  ///< Path of a picture, or empty.
+  /// The first two instruments have exchanged their ports: trocar, its friction, and device.
+  bool left_handed = false;
   TimingOptions timing;
   std::vector<OrganOptions> organs;  ///< 1 to kMaxOrgans, names unique.
   std::vector<AttachmentOptions> attachments;

@@ -295,6 +295,27 @@ std::string EditedScene(const Scene& scene, const std::vector<OrganEdit>& edits)
   return text.Result();
 }
 
+std::string LeftHandedScene(const Scene& scene) {
+  constexpr char kKey[] = "left_handed";
+  const TomlDocument document = ParseToml(scene.source_text, scene.path);
+  TextEdits text(document);
+  const toml::table* table = document.root["scene"].as_table();
+  if (table == nullptr) return scene.source_text + "\n[scene]\n" + kKey + " = true\n";
+  const toml::source_region& place = table->source();
+  if (const toml::node* value = table->get(kKey)) {
+    text.Replace(value->source(), "true");
+  } else if (table->is_inline()) {
+    const std::size_t inside = text.At(place.begin) + 1;
+    text.Replace(inside, inside,
+                 std::string(" ") + kKey + (table->empty() ? " = true" : " = true,"));
+  } else if (text.CharAt(place.begin) == '[') {
+    text.InsertAfterLine(place.begin.line, std::string(kKey) + " = true");
+  } else {  // scene.name = "..."
+    text.InsertAfterLine(LastLine(*table), std::string("scene.") + kKey + " = true");
+  }
+  return text.Result();
+}
+
 std::string MovedScene(const Scene& scene, std::string text, const fs::path& to_folder) {
   std::error_code error;
   const fs::path from = fs::canonical(FolderOf(scene.path.parent_path()), error);

@@ -38,6 +38,9 @@ struct OrganEdit {
 /// Throws InputError (file, place, remedy) if an edited organ is itself an inline table.
 std::string EditedScene(const Scene& scene, const std::vector<OrganEdit>& edits);
 
+/// Returns the scene's text with `scene.left_handed = true`; the rest stays.
+std::string LeftHandedScene(const Scene& scene);
+
 /// Returns a scene's text for use in another folder: relative file names are rewritten to name the
 /// same files from there. The same folder gives the same text. Throws InputError for a recorded
 /// scene, because its files must stay in its own folder.

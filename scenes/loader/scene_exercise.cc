@@ -184,6 +184,7 @@ constexpr ErrorKind kKinds[] = {
     {ExerciseErrorKind::kEarlyClip, "clipped too early", 0},
     {ExerciseErrorKind::kEarlyCut, "cut too early", 0},
     {ExerciseErrorKind::kBadCut, "cut outside the clips", 0},
+    {ExerciseErrorKind::kBleeding, "bleeding not stopped in time", 20},
 };
 constexpr ExerciseErrorKind kWithOrgan[] = {ExerciseErrorKind::kForce, ExerciseErrorKind::kTear,
                                             ExerciseErrorKind::kBurn, ExerciseErrorKind::kDrop,
@@ -229,7 +230,8 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
                     {"dropped_clip", ExerciseErrorKind::kLostClip},
                     {"early_clip", ExerciseErrorKind::kEarlyClip},
                     {"early_cut", ExerciseErrorKind::kEarlyCut},
-                    {"cut_outside_clips", ExerciseErrorKind::kBadCut}},
+                    {"cut_outside_clips", ExerciseErrorKind::kBadCut},
+                    {"bleeding", ExerciseErrorKind::kBleeding}},
                    &error.kind);
   const ErrorKind& kind = *std::ranges::find(kKinds, error.kind, &ErrorKind::kind);
   error.name = kind.name;
@@ -294,6 +296,7 @@ ExerciseOptions ReadExercise(const TableReader& table, const Scene& scene) {
                "give a target_time below time_limit");
   }
   exercise.ducts = ReadRemoved(table, scene);
+  table.ReadInteger("stay", 1, 5, &exercise.clips_that_stay);
   table.Require("step", "add at least one [[exercise.step]] table");
   for (const TableReader& step : table.Tables("step", kExerciseStepKeys, kMaxExerciseSteps)) {
     exercise.steps.push_back(ReadStep(step, scene));

@@ -10,7 +10,7 @@ namespace hpdm {
 inline constexpr std::string_view kRootKeys[] = {
     "scene", "timing",     "organ", "contact",  "attachment",  "duct",
     "cut",   "instrument", "load",  "exercise", "laparoscope", "file"};
-inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background"};
+inline constexpr std::string_view kSceneKeys[] = {"name", "gravity", "background", "left_handed"};
 inline constexpr std::string_view kTimingKeys[] = {"haptic_hz", "deformation_hz", "render_hz",
                                                    "patch_delay_ticks", "step_budget"};
 
@@ -108,7 +108,7 @@ inline constexpr std::string_view kLoadKeys[] = {"organ", "point",        "radiu
                                                  "force", "displacement", "pressure",
                                                  "box",   "box_fraction", "sphere"};
 inline constexpr std::string_view kExerciseKeys[] = {"name",    "goal", "time_limit", "target_time",
-                                                     "removes", "step", "error"};
+                                                     "removes", "stay", "step",       "error"};
 inline constexpr std::string_view kExerciseStepKeys[] = {
     "name", "instruction", "hold", "hold_with", "lift",  "touch", "touch_with", "at",    "within",
     "free", "from",        "area", "clip",      "clips", "cut",   "release",    "force", "time"};

@@ -162,6 +162,37 @@ TEST_F(SessionFaults, AFullDiskCostsWhatDoesNotFitAndNothingElse) {
   EXPECT_EQ(health.events, summary["log"]["events"]);
 }
 
+TEST_F(SessionFaults, ATeacherPausesContinuesPointsAndBeginsABleeding) {
+  RUN_INSIDE_NAMESPACE()
+  const auto teach = [](const std::string& request) {
+    return Shell(kHpdmProgram + " teach " + request);
+  };
+  Start(8, "--no-pictures --teacher");
+  ASSERT_EQ(teach("pause"), 0);
+  ASSERT_TRUE(Becomes([&] { return listener_->Events("session.paused") == 1; }));
+  ASSERT_EQ(teach("continue"), 0);
+  ASSERT_TRUE(Becomes([&] { return listener_->Events("session.resumed") == 1; }));
+  ASSERT_EQ(teach("point --x 0.25 --y 0.5 --text here"), 0);
+  ASSERT_EQ(teach("bleed --x 0.75"), 0);
+  ASSERT_TRUE(Becomes([&] { return listener_->Events("teacher.bleeding") == 1; }));
+  End(0);
+  std::map<std::string, int> events = LoggedEvents(out());
+  for (const char* name : {"teacher.paused", "session.paused", "teacher.continued",
+                           "session.resumed", "teacher.point", "teacher.bleeding"}) {
+    EXPECT_EQ(events[name], 1) << name;
+  }
+  EXPECT_TRUE(Health().Sound());
+  EXPECT_EQ(Shell(kHpdmProgram + " replay --json --tolerance 0 " + out() + " >/dev/null"), 0);
+}
+
+TEST_F(SessionFaults, ASessionThatDoesNotListenHasNoTeacher) {
+  RUN_INSIDE_NAMESPACE()
+  Start(2, "--no-pictures");
+  EXPECT_EQ(Shell(kHpdmProgram + " teach pause"), 0) << "nobody answers";
+  End(0);
+  EXPECT_EQ(LoggedEvents(out())["session.paused"], 0);
+}
+
 TEST_F(SessionFaults, AFullDiskEndsTheFilmWithAWholePicture) {
   RUN_INSIDE_NAMESPACE()
   MountDisk("size=1000k");
@@ -274,8 +305,9 @@ void Flood(std::stop_token stop, std::atomic<long>* sent) {
   constexpr auto kBurst = std::chrono::milliseconds(10);
   for (auto next = std::chrono::steady_clock::now(); !stop.stop_requested(); next += kBurst) {
     for (int i = 0; i < 100; ++i) {
-      const std::string channel = i % 2 == 0 ? "FLOOD_" + std::to_string(random() % 10'000)
-                                             : std::string(kSessionChannels[random() % 8]);
+      const std::string channel =
+          i % 2 == 0 ? "FLOOD_" + std::to_string(random() % 10'000)
+                     : std::string(kSessionChannels[random() % std::size(kSessionChannels)]);
       const unsigned size = i == 0 ? kMaxBytes : static_cast<unsigned>(random() % 300);
       network.publish(channel, body.data() + random() % 100, size);
     }

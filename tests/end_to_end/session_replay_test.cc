@@ -77,6 +77,32 @@ TEST_F(Flow, FourHandsAreCheckedReplayedAndReported) {
   EXPECT_EQ(Json::parse(report.out)["hands"].size(), 4);
 }
 
+TEST_F(Flow, ALeftHandedSessionIsReplayedAndReportedAsOne) {
+  const Outcome run = Hpdm("run " + (kScenes / "two_hands.toml").string() +
+                           " --left-handed --palette colour-blind --clock lockstep --seconds 2 "
+                           "--no-pictures --out " +
+                           Folder("s"));
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(ReadFile(folder_ / "s" / "scene.toml").find("left_handed = true"), std::string::npos);
+  EXPECT_EQ(Hpdm("log check " + Folder("s")).exit_code, 0);
+  const Outcome replay = Hpdm("replay --json --tolerance 0 " + Folder("s"));
+  ASSERT_EQ(replay.exit_code, 0) << replay.err;
+  EXPECT_EQ(Json::parse(replay.out)["result"], "identical");
+  // With the ports as they were the same input is another session.
+  std::string right = ReadFile(folder_ / "s" / "scene.toml");
+  right.replace(right.find("left_handed = true"), 18, "left_handed = false");
+  std::ofstream(folder_ / "s" / "right.toml") << right;
+  EXPECT_EQ(Hpdm("replay " + Folder("s") + " --scene " + Folder("s") + "/right.toml").exit_code, 1);
+  const Outcome report = Hpdm("report --json --out " + Folder("report.html") + " " + Folder("s"));
+  ASSERT_EQ(report.exit_code, 0) << report.err;
+  EXPECT_EQ(Json::parse(report.out)["left_handed"], true);
+  EXPECT_NE(ReadFile(folder_ / "report.html").find("left-handed: their ports exchanged"),
+            std::string::npos);
+  const Outcome one = Hpdm("run " + kScene + " --left-handed --seconds 1 --out " + Folder("one"));
+  EXPECT_EQ(one.exit_code, 2);
+  EXPECT_NE(one.err.find("fewer than two instruments"), std::string::npos) << one.err;
+}
+
 TEST_F(Flow, ReplayPlaysARecordedMotionInBothClocks) {
   std::ofstream motion(folder_ / "motion.csv");
   motion << "t,px,py,pz\n";

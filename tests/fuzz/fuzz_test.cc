@@ -75,8 +75,8 @@ TEST(FuzzSeeds, BinarySeedsAreOfTheCurrentTypes) {
 
 TEST(FuzzSeeds, EveryMessageHasASeed) {
   const std::vector<Seed> seeds = BinarySeeds();
-  for (const char* type :
-       {"tool_t", "force_t", "contact_t", "organ_t", "mesh_t", "stats_t", "event_t", "device_t"}) {
+  for (const char* type : {"tool_t", "force_t", "contact_t", "organ_t", "mesh_t", "stats_t",
+                           "event_t", "device_t", "exercise_t", "teacher_t"}) {
     EXPECT_EQ(std::count_if(seeds.begin(), seeds.end(),
                             [&](const Seed& seed) {
                               const LcmStruct* found = MessageSchemas::Hpdm().Find(seed.bytes);

@@ -116,9 +116,11 @@ bool Decode(Bytes bytes) {
 
 bool Message(Bytes bytes) {
   // Tries each type, although at most one can match.
-  const bool decoded[] = {Decode<tool_t>(bytes),  Decode<force_t>(bytes), Decode<contact_t>(bytes),
-                          Decode<organ_t>(bytes), Decode<mesh_t>(bytes),  Decode<stats_t>(bytes),
-                          Decode<event_t>(bytes), Decode<device_t>(bytes)};
+  const bool decoded[] = {Decode<tool_t>(bytes),     Decode<force_t>(bytes),
+                          Decode<contact_t>(bytes),  Decode<organ_t>(bytes),
+                          Decode<mesh_t>(bytes),     Decode<stats_t>(bytes),
+                          Decode<event_t>(bytes),    Decode<device_t>(bytes),
+                          Decode<exercise_t>(bytes), Decode<teacher_t>(bytes)};
   return std::count(std::begin(decoded), std::end(decoded), true) == 1;
 }
 

@@ -112,6 +112,26 @@ device_t DeviceMessage() {
   return message;
 }
 
+exercise_t ExerciseMessage() {
+  exercise_t message{};
+  message.sequence = 3;
+  message.step = 1;
+  message.step_count = 4;
+  message.name = "removal";
+  message.instruction = "Lift it";
+  message.last_error = "dropped";
+  return message;
+}
+
+teacher_t TeacherMessage() {
+  teacher_t message{};
+  message.request = teacher_t::POINT;
+  message.x = 0.25;
+  message.y = 0.75;
+  message.text = "here";
+  return message;
+}
+
 /// A strip of triangles, `rows` squares long.
 OrganDescription Strip(int rows) {
   OrganDescription organ;
@@ -240,7 +260,9 @@ std::vector<Seed> BinarySeeds() {
           {"Message", "mesh_t", Bytes(SplitMesh(0, StripInLattice(3))[0])},
           {"Message", "stats_t", Bytes(StatsMessage())},
           {"Message", "event_t", Bytes(EventMessage(1, "session.start"))},
-          {"Message", "device_t", Bytes(DeviceMessage())}};
+          {"Message", "device_t", Bytes(DeviceMessage())},
+          {"Message", "exercise_t", Bytes(ExerciseMessage())},
+          {"Message", "teacher_t", Bytes(TeacherMessage())}};
 }
 
 }  // namespace hpdm::fuzz

@@ -18,8 +18,9 @@ class MadeSession {
  public:
   explicit MadeSession(const std::vector<std::string>& instruments = {"probe"},
                        const TelemetryOptions& options = {},
-                       const std::optional<ExerciseOptions>& exercise = {})
-      : info_(Info(instruments, exercise)),
+                       const std::optional<ExerciseOptions>& exercise = {},
+                       bool left_handed = false)
+      : info_(Info(instruments, exercise, left_handed)),
         telemetry_(&samples_, &steps_, &scenes_, log(), options, info_),
         tools_(static_cast<int>(instruments.size())) {}
 
@@ -60,6 +61,20 @@ class MadeSession {
     steps_.Push(sample);
     telemetry_.Drain();
   }
+  /// A step with a clip on the first duct by the first instrument.
+  void ClipStep() {
+    StepSample sample;
+    sample.step.number = ++step_;
+    sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
+    sample.tool_count = tools_;
+    sample.duct_actions[0].kind = DuctActionKind::kClip;
+    sample.duct_actions[0].duct = 0;
+    sample.duct_actions[0].length = 0.03;
+    sample.duct_actions[0].arc = 0.01;
+    sample.duct_actions[0].coverage = 1;
+    steps_.Push(sample);
+    telemetry_.Drain();
+  }
   /// Ticks with one instrument's force (N) on an organ; -1: without contact.
   void Press(int ticks, double force, int organ, int tool = 0) {
     for (int i = 0; i < ticks; ++i) {
@@ -93,8 +108,9 @@ class MadeSession {
 
  private:
   static SessionInfo Info(const std::vector<std::string>& instruments,
-                          const std::optional<ExerciseOptions>& exercise) {
+                          const std::optional<ExerciseOptions>& exercise, bool left_handed) {
     SessionInfo info;
+    info.left_handed = left_handed;
     info.exercise = exercise;
     info.instruments = instruments;
     for (const std::string& instrument : instruments) {

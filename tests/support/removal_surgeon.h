@@ -18,11 +18,12 @@ class RemovalSurgeon : public ScriptedHands {
   enum Duct { kCysticDuct, kCysticArtery };
   enum Layer { kTriangle, kLowestThird, kRest };
 
-  explicit RemovalSurgeon(LockstepSession* session)
-      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.026), kRest) {}
+  /// `bed`: the attachment that the gallbladder is lifted off.
+  explicit RemovalSurgeon(LockstepSession* session, std::size_t bed = kRest)
+      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.026), bed) {}
 
   /// Pulls the right hand back along its shaft and gives it another instrument.
-  void Exchange(Tool tool) {
+  void Exchange(int tool) {
     session_.Press(kRight, false);
     BackOff();
     session_.Exchange(kRight, tool);

@@ -14,6 +14,7 @@
 #include "lcmtypes/live/network.h"
 #include "lcmtypes/live/wall_time.h"
 #include "render/gl/egl_context.h"
+#include "scenes/loader/scene_edit.h"
 #include "tools/command_line.h"
 #include "tools/commands.h"
 #include "tools/run/log_space.h"
@@ -131,7 +132,7 @@ TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineStat
   telemetry.tell = [](const std::string& failure) { std::cerr << "hpdm: note: " + failure + "\n"; };
   if (!options.Lockstep()) {  // the lockstep clock logs no measured times
     telemetry.frames = &session->frames;
-    telemetry.events = {&session->render_events, &session->link_events};
+    telemetry.events = {&session->render_events, &session->link_events, &session->teacher_events};
     telemetry.baseline = machine.baseline.wake_late;
     telemetry.stolen_time = StolenTime;
     telemetry.epoch_us = WallTimeUs();
@@ -157,6 +158,15 @@ Prepared Prepare(RunOptions* options) {
   SessionFolder::RefuseExisting(OutOf(*options));
   Prepared prepared;
   prepared.scene = LoadScene(options->scene);
+  if (options->left_handed) {
+    if (prepared.scene.instruments.size() < 2) {
+      throw InputError(
+          "--left-handed: " + OneLine(options->scene) +
+          " has fewer than two instruments, which would exchange their ports; leave it "
+          "out");
+    }
+    prepared.scene = ParseScene(LeftHandedScene(prepared.scene), options->scene);
+  }
   OutputInterval(*options, prepared.scene.timing.haptic_hz);
   const std::string no_window = ChooseWindow(options);
   prepared.devices = ChooseDevices(options->devices, prepared.scene.instruments, options->window);
@@ -182,9 +192,12 @@ std::function<Nanoseconds()> StopwatchOf(bool measured, const SessionClock& cloc
 
 RenderLoop::Edges RenderEdges(const RunOptions& options, Session* session) {
   const bool measured = !options.Lockstep();
-  return {*session->render_scenes, measured ? &session->frames : nullptr,
-          options.window ? &session->view_settings : nullptr, &session->health,
-          measured ? &session->render_events : nullptr};
+  return {*session->render_scenes,
+          measured ? &session->frames : nullptr,
+          options.window ? &session->view_settings : nullptr,
+          &session->health,
+          measured ? &session->render_events : nullptr,
+          options.teacher ? &session->picture_marks : nullptr};
 }
 
 // A write beyond the file size limit or to a closed pipe is reported and does not end the session.
@@ -230,6 +243,8 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
 
   RenderOptions render_options = RenderOptionsOf(options.size, options.overlays, session);
   render_options.limits = options.limits;
+  render_options.palette =
+      options.palette == "colour-blind" ? Palette::kColourBlind : Palette::kStandard;
   std::optional<TrainerWindow> window;
   const auto make_context = OpenDisplay(options, render_options, &session, &window);
   if (!options.Lockstep()) progress.Say("the clock: an empty loop runs for a second");
@@ -237,6 +252,9 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
       ProbeRealtime(options.Lockstep(), options.require_realtime, session.haptic_period_ns());
   const SessionClock clock;
   const std::unique_ptr<DeviceLink> link = OpenLink(clock, &session);
+  std::optional<TeacherLink> teacher_link;
+  TeacherDesk teacher(session.TeacherEdges());
+  if (options.teacher) teacher_link.emplace(NetworkUrl(), &session.teacher_requests);
   progress.Clear();
   interrupt.reset();  // a later signal ends the loops
   SessionFolder folder = MakeFolder(options, session);
@@ -267,7 +285,7 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
                     telemetry,        link.get(),
                     signals,          EndTick(options, session),
                     options.pictures, window ? &*window : nullptr,
-                    &controls};
+                    &controls,        options.teacher ? &teacher : nullptr};
   unbegun.Begin();
   SayRunning(options, session, folder);
   const RunRecord record = measured ? RunOnRealClock(loops, machine, clock) : RunInLockstep(loops);

@@ -28,6 +28,12 @@ void AddPictureOptions(Command run, RunOptions* options) {
                 "--reference), text")
       .SplitAt(',')
       .OneOf(OverlayNames());
+  run.AddOption(
+         "--palette", options->palette,
+         "Colours of texts and bars in the picture: standard, or colour-blind: those of Okabe "
+         "and Ito, with \"! \" before alarms")
+      .OneOf({"standard", "colour-blind"})
+      .ShowDefault();
   run.AddOption("--reference", options->references,
                 "Surface displacements that --overlay error compares an organ with: FILE as "
                 "`hpdm solve --out` writes it, or ORGAN=FILE; repeatable");
@@ -57,11 +63,12 @@ void CheckOptions(const RunOptions& options) {
         "--out` writes");
   }
   ParsePictureSize(options.size);
-  if (options.live) NetworkUrl();
+  if (options.live || options.teacher) NetworkUrl();
 }
 
 void CheckLockstep(const RunOptions& options, const std::vector<DeviceChoice>& devices) {
   if (options.window) throw InputError("--window needs --clock real");
+  if (options.teacher) throw InputError("--teacher needs --clock real");
   bool ends = options.seconds > 0 || !devices.empty();
   for (const DeviceChoice& device : devices) {
     if (device.type == DeviceChoice::Type::kLcm) {
@@ -125,6 +132,9 @@ void AddRunOptions(Command run, RunOptions* options) {
                 "NAME@FROM-TO: the pedal of the hand that began with NAME is pressed between these "
                 "times, s; repeatable")
       .Excludes("--window");
+  run.AddFlag("--left-handed", options->left_handed,
+              "The first two instruments exchange their ports (scene.left_handed in "
+              "scenes/README.md); the session's scene and log keep it");
   run.AddOption("--force-limit", options->limits.force, "Force with an alarm on the screen, N")
       .From(1e-6, 1e6)
       .ShowDefault();
@@ -138,6 +148,9 @@ void AddRunOptions(Command run, RunOptions* options) {
       .From(1.0, 1e6);
   run.AddFlag("--live", options->live,
               "Also publish over LCM (LCM_DEFAULT_URL, or this machine's multicast)");
+  run.AddFlag("--teacher", options->teacher,
+              "Also listen to a teacher on the same network: `hpdm teach` pauses, points and lets "
+              "tissue bleed; messages are not authenticated");
   run.AddFlag("--require-rt", options->require_realtime,
               "Exit with 3 if the system refuses real-time scheduling or memory locking");
   Option json = run.AddFlag("--json", options->json, "Print the summary as JSON, and no progress");

@@ -26,11 +26,14 @@ struct RunOptions {
   std::vector<std::string> pedals;
   HandlingLimits limits;
   std::optional<double> log_rate;  ///< Outputs in the log, Hz; empty: every tick's
+  std::string palette = "standard";
+  bool left_handed = false;
   bool film = false;
   bool pictures = true;
   bool headless = false;
   bool window = false;
   bool live = false;
+  bool teacher = false;
   bool require_realtime = false;
   bool json = false;
   bool verbose = false;

@@ -104,8 +104,13 @@ void ParsePedal(const std::string& argument, const std::vector<InstrumentOptions
 void ControlScript::Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge) {
   const std::size_t before = next_;
   while (next_ < controls_.size() && controls_[next_].time_ns <= now_ns) ++next_;
-  if (next_ == before) return;
-  edge->Back() = controls_[next_ - 1].control;
+  if (next_ != before) SetPaused(paused_, edge);
+}
+
+void ControlScript::SetPaused(bool paused, TripleBuffer<SessionControl>* edge) {
+  paused_ = paused;
+  edge->Back() = next_ > 0 ? controls_[next_ - 1].control : SessionControl{};
+  edge->Back().paused = paused;
   edge->Publish();
 }
 

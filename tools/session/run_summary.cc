@@ -222,7 +222,8 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                            {"time_s", exercise.time},
                            {"steps_done", exercise.step_times.size()},
                            {"steps", session.scene().exercise->steps.size()},
-                           {"errors", exercise.errors.size()}};
+                           {"errors", exercise.errors.size()},
+                           {"bleedings", exercise.bleedings.size()}};
   }
   if (telemetry.live) {
     summary["live"] = {{"messages", telemetry.live_messages}, {"errors", telemetry.live_errors}};

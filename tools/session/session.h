@@ -19,6 +19,7 @@
 #include "scenes/loader/scene.h"
 #include "tools/session/device_choice.h"
 #include "tools/session/session_model.h"
+#include "tools/session/teacher_desk.h"
 #include "tools/session/trainer_input.h"
 
 namespace hpdm {
@@ -94,6 +95,11 @@ class Session {
   TripleBuffer<SessionControl> control;
   SpscQueue<LoopEvent> render_events{64};
   SpscQueue<LoopEvent> link_events{64};
+  // Of a teacher, if the session listens to one.
+  SpscQueue<TeacherRequest> teacher_requests{64};
+  SpscQueue<LoopEvent> teacher_events{64};
+  TripleBuffer<PictureMarks> picture_marks;
+  TeacherDesk::Edges TeacherEdges() { return {teacher_requests, picture_marks, teacher_events}; }
   TripleBuffer<SessionHealth> health;
   // Written by a window; without one nothing writes them.
   TripleBuffer<ViewSettings> view_settings;

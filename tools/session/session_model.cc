@@ -362,6 +362,7 @@ StatusNames SessionModel::Names() const {
 SessionInfo SessionModel::Info() const {
   SessionInfo info;
   info.exercise = scene_.exercise;
+  info.left_handed = scene_.left_handed;
   for (const AttachmentBed& bed : beds_) {
     info.attachments.push_back({LabelOf(bed.options), bed.areas.sum()});
   }

@@ -45,6 +45,18 @@ bool ExerciseOver(const Loops& loops, const SessionClock& clock, Nanoseconds* en
   return loops.window == nullptr || ToSeconds(clock.Now() - *ended_ns) >= kResultShown;
 }
 
+// Does what the teacher has asked for.
+void HearTeacher(const Loops& loops, Nanoseconds now, bool has_window) {
+  if (loops.teacher == nullptr) return;
+  const std::optional<bool> pause = loops.teacher->Handle(now, loops.telemetry.BleedingsStopped());
+  if (!pause) return;
+  if (has_window) {
+    loops.window->SetPaused(*pause);
+  } else {
+    loops.exchanges->SetPaused(*pause, &loops.session.control);
+  }
+}
+
 // Handles the window's input, or without a window the controls of the command line, until `over`,
 // until the user ends the session or the exercise is over. Notes in the record who ended it.
 void PassOnControls(const Loops& loops, const SessionClock& clock, const std::stop_source& over,
@@ -54,6 +66,7 @@ void PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
   Nanoseconds exercise_ended_ns = -1;
   while (!over.stop_requested() && !ended && !record->ended_by_exercise) {
     record->ended_by_exercise = ExerciseOver(loops, clock, &exercise_ended_ns);
+    HearTeacher(loops, clock.Now(), has_window);
     if (has_window && loops.window->lost()) {
       loops.window->Resume();
       has_window = false;

@@ -14,6 +14,7 @@
 #include "tools/session/run_summary.h"
 #include "tools/session/session.h"
 #include "tools/session/stop_signals.h"
+#include "tools/session/teacher_desk.h"
 #include "tools/session/trainer_window.h"
 
 namespace hpdm {
@@ -45,9 +46,10 @@ struct Loops {
   DeviceLink* link;  ///< Null without external devices.
   const StopSignals& signals;
   std::uint64_t end_tick;
-  bool pictures;             ///< False: the render loop never starts.
-  TrainerWindow* window;     ///< Null without a window.
-  ControlScript* exchanges;  ///< From the command line.
+  bool pictures;                   ///< False: the render loop never starts.
+  TrainerWindow* window;           ///< Null without a window.
+  ControlScript* exchanges;        ///< From the command line.
+  TeacherDesk* teacher = nullptr;  ///< Null unless the session listens to a teacher.
 };
 
 /// Runs the loops on the real clock, one thread per loop:
@@ -66,7 +68,7 @@ struct Loops {
 ///
 ///     window --HandTarget, SessionControl--> haptic;   window --ViewSettings--> render
 ///
-/// External devices have a link of two threads:
+/// It handles a teacher's requests too (teacher_desk.h). External devices have a link of two threads:
 ///
 ///     HPDM_DEVICE --> link --DeviceSample--> device;   link --LoopEvent queue--> telemetry
 ///     HPDM_FORCE <--- link <--HapticSample queue, every tick-- haptic

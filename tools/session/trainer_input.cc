@@ -147,8 +147,7 @@ void TrainerInput::Press(int key) {
       view_.guidance = !view_.guidance;
       break;
     case 'p':
-      control_.paused = view_.paused = !view_.paused;
-      UpdateJaw();
+      SetPaused(!view_.paused);
       break;
     case 's':
       ++view_.screenshots;
@@ -159,6 +158,13 @@ void TrainerInput::Press(int key) {
     default:
       break;
   }
+}
+
+void TrainerInput::SetPaused(bool paused) {
+  control_.paused = view_.paused = paused;
+  UpdateJaw();
+  UpdatePedal();
+  view_.click_takes = !captured_ && HasHand();
 }
 
 void TrainerInput::Advance(double seconds) {

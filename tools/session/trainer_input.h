@@ -54,6 +54,9 @@ class TrainerInput {
   /// Applies the held keys for `seconds`.
   void Advance(double seconds);
 
+  /// Pauses or continues the session, as the key p does.
+  void SetPaused(bool paused);
+
   const ViewSettings& view() const { return view_; }
   const SessionControl& control() const { return control_; }
   const HandTarget& target(int instrument) const { return targets_[instrument]; }

@@ -37,6 +37,9 @@ class TrainerWindow {
   /// Waits at most `seconds` for input, handles it and publishes the controls.
   void Pump(double seconds);
 
+  /// Pauses or continues the session, as the key does. The controls are published by Pump.
+  void SetPaused(bool paused) { input_.SetPaused(paused); }
+
   /// Ends a pause after the window is lost, when no key can end it.
   void Resume();
 

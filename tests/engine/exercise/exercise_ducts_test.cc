@@ -236,5 +236,80 @@ TEST(ExerciseDucts, ADuctThatTheSceneDoesNotHaveCountsForNone) {
   EXPECT_EQ(course.result().errors[0].duct, -1);
 }
 
+// The course's steps are kStepPeriod apart, the first at kStepPeriod.
+class Bleedings : public testing::Test {
+ protected:
+  static constexpr double kStep = 1e-9 * kStepPeriod;  // s
+  static ExerciseEvaluator Judge(double limit) {
+    return ExerciseEvaluator(DuctExercise(
+        {.kind = ExerciseErrorKind::kBleeding, .name = "bleeding", .limit = limit, .points = 7}));
+  }
+  static void Step(int number, ExerciseEvaluator* judge, const DuctAction& action = {}) {
+    StepSample sample;
+    sample.tool_count = 2;
+    sample.step.number = static_cast<std::uint64_t>(number);
+    sample.step.time_ns = number * kStepPeriod;
+    sample.duct_actions[1] = action;
+    judge->Add(sample);
+  }
+};
+
+TEST_F(Bleedings, LastUntilTheNextClipThatHoldsADuct) {
+  ExerciseEvaluator judge = Judge(1);
+  for (int n = 0; n <= 5; ++n) Step(n, &judge);
+  judge.AddBleeding(5 * kStepPeriod);
+  EXPECT_TRUE(judge.result().bleedings.empty()) << "begins after the step of its time";
+  Step(6, &judge, Lost());
+  Step(7, &judge, Cut(0.01));
+  ASSERT_EQ(judge.result().bleedings.size(), 1u);
+  EXPECT_EQ(judge.BleedingsStopped(), 0);
+  Step(8, &judge, Clip(0.01, kBranch));
+  Step(9, &judge);
+  const ExerciseBleeding& bleeding = judge.result().bleedings[0];
+  EXPECT_EQ(judge.BleedingsStopped(), 1);
+  EXPECT_NEAR(bleeding.begin, 5 * kStep, 1e-12);
+  EXPECT_NEAR(bleeding.end, 8 * kStep, 1e-12);
+  EXPECT_TRUE(judge.result().errors.empty());
+}
+
+TEST_F(Bleedings, AreAnErrorOnceAfterTheirLimit) {
+  ExerciseEvaluator judge = Judge(3.5 * kStep);
+  Step(0, &judge);
+  judge.AddBleeding(0);
+  for (int n = 1; n <= 3; ++n) Step(n, &judge);
+  EXPECT_TRUE(judge.result().errors.empty()) << "a near miss";
+  for (int n = 4; n <= 9; ++n) Step(n, &judge);
+  ASSERT_EQ(judge.result().errors.size(), 1u);
+  EXPECT_NEAR(judge.result().errors[0].time, 4 * kStep, 1e-12);
+  judge.AddBleeding(9 * kStepPeriod);
+  for (int n = 10; n <= 12; ++n) Step(n, &judge);
+  Step(13, &judge, Clip(0.01));  // stops the older
+  EXPECT_EQ(judge.result().errors.size(), 2u) << "the younger, after its own time";
+  EXPECT_TRUE(judge.result().bleedings[0].stopped);
+  EXPECT_FALSE(judge.result().bleedings[1].stopped);
+}
+
+// The log may have the event before the steps of its time and after: the result is the same.
+TEST_F(Bleedings, OnlyTimesDecideNotTheOrderOfEventAndSteps) {
+  std::vector<ExerciseResult> results;
+  for (const int arrives : {0, 3, 6}) {  // before this step; the bleeding begins at step 6
+    ExerciseEvaluator judge = Judge(2.5 * kStep);
+    for (int n = 0; n <= 12; ++n) {
+      if (n == arrives) judge.AddBleeding(6 * kStepPeriod);
+      Step(n, &judge, n == 6 || n == 10 ? Clip(0.002 * n) : DuctAction());
+    }
+    results.push_back(judge.result());
+  }
+  for (const ExerciseResult& result : results) {
+    ASSERT_EQ(result.bleedings.size(), 1u);
+    EXPECT_EQ(result.bleedings[0].begin, results[0].bleedings[0].begin);
+    EXPECT_EQ(result.bleedings[0].end, results[0].bleedings[0].end);
+    EXPECT_TRUE(result.bleedings[0].stopped) << "by the clip after its begin";
+    EXPECT_NEAR(result.bleedings[0].end - result.bleedings[0].begin, 4 * kStep, 1e-12);
+    ASSERT_EQ(result.errors.size(), 1u);
+    EXPECT_EQ(result.errors[0].time, results[0].errors[0].time);
+  }
+}
+
 }  // namespace
 }  // namespace hpdm

@@ -325,6 +325,20 @@ TEST(Codec, StringsThatDoNotFitOrEndAreRefused) {
   EXPECT_TRUE(refused(text_length, {0, 0, 0, 0}));
   EXPECT_TRUE(refused(text_length, {0, 0, 0, 6}));
   EXPECT_TRUE(refused(last, {'x'})) << "no zero at the end";
+  // The strings of the other types are where StringsOf() says.
+  const auto breaks_its_last_string = [](auto message) {
+    std::vector<std::uint8_t> bytes;
+    EncodeMessage(message, &bytes);
+    EXPECT_TRUE(DecodeMessage(bytes, &message));
+    bytes.back() = 'x';
+    return !DecodeMessage(bytes, &message);
+  };
+  exercise_t exercise{};
+  exercise.name = exercise.instruction = exercise.last_error = "text";
+  EXPECT_TRUE(breaks_its_last_string(exercise));
+  teacher_t teacher{};
+  teacher.text = "text";
+  EXPECT_TRUE(breaks_its_last_string(teacher));
   EXPECT_TRUE(refused(last - 2, {0})) << "a zero before the end";
 }
 
@@ -374,6 +388,13 @@ TEST(Codec, FlippedBitsNeverCrashADecoder) {
   step.organ_count = 2;
   ToMessage(step, 1, &contact);
   DecodeWithFlippedBits(contact, 6);
+  exercise_t exercise{};
+  exercise.name = "name";
+  exercise.last_error = "error";
+  DecodeWithFlippedBits(exercise, 7);
+  teacher_t teacher{};
+  teacher.text = "here";
+  DecodeWithFlippedBits(teacher, 8);
 }
 
 }  // namespace

@@ -58,6 +58,8 @@ TEST(MessageSchema, TheTypesOfThisPackageHaveTheHashesOfTheirGeneratedCoders) {
   EXPECT_EQ(hashes.at("hpdm.stats_t"), stats_t::getHash());
   EXPECT_EQ(hashes.at("hpdm.event_t"), event_t::getHash());
   EXPECT_EQ(hashes.at("hpdm.device_t"), device_t::getHash());
+  EXPECT_EQ(hashes.at("hpdm.exercise_t"), exercise_t::getHash());
+  EXPECT_EQ(hashes.at("hpdm.teacher_t"), teacher_t::getHash());
 }
 
 TEST(MessageSchema, MessagesOfVersion01AreReadUnderTodaysNames) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 #include "render/camera/laparoscope.h"
 #include "render/overlay/text_layout.h"
@@ -234,6 +235,122 @@ TEST(TextLayout, StaysInsideThePictureAtAnySize) {
       ASSERT_LE(quad.y + quad.height, height);
     }
   }
+}
+
+/// Returns the CIELAB colour (D65) of an sRGB colour as seen with a kind of dichromacy, or as it is.
+Vector3d SeenColour(const TextColour& colour, const Matrix3d& dichromacy) {
+  Vector3d linear;
+  for (int i = 0; i < 3; ++i) {
+    const double c = colour[i];
+    linear[i] = c <= 0.04045 ? c / 12.92 : std::pow((c + 0.055) / 1.055, 2.4);
+  }
+  linear = (dichromacy * linear).cwiseMax(0.0).cwiseMin(1.0).eval();
+  Matrix3d to_xyz;
+  to_xyz << 0.4124564, 0.3575761, 0.1804375, 0.2126729, 0.7151522, 0.0721750, 0.0193339, 0.1191920,
+      0.9503041;
+  const Vector3d xyz = (to_xyz * linear).cwiseQuotient(Vector3d(0.95047, 1, 1.08883));
+  Vector3d f;
+  for (int i = 0; i < 3; ++i) {
+    f[i] = xyz[i] > 0.008856 ? std::cbrt(xyz[i]) : 7.787 * xyz[i] + 16.0 / 116;
+  }
+  return {116 * f[1] - 16, 500 * (f[0] - f[1]), 200 * (f[1] - f[2])};
+}
+
+/// Matrices on linear sRGB, of full severity (Machado, Oliveira, Fernandes 2009).
+std::vector<Matrix3d> KindsOfSight() {
+  Matrix3d protan, deutan, tritan;
+  protan << 0.152286, 1.052583, -0.204868, 0.114503, 0.786281, 0.099216, -0.003882, -0.048116,
+      1.051998;
+  deutan << 0.367322, 0.860646, -0.227968, 0.280085, 0.672501, 0.047413, -0.011820, 0.042940,
+      0.968881;
+  tritan << 1.255528, -0.076749, -0.178779, -0.078411, 0.930809, 0.147602, 0.004733, 0.691367,
+      0.303900;
+  return {Matrix3d::Identity(), protan, deutan, tritan};
+}
+
+/// Returns the least distance between the colours of good, warning and alarm, in texts and in the bar.
+double LeastDistance(Palette palette) {
+  const std::vector<TextColour> texts = {ColourOf(Tone::kGood, palette),
+                                         ColourOf(Tone::kWarning, palette),
+                                         ColourOf(Tone::kAlarm, palette)};
+  const std::vector<TextColour> bars = {BarColour(0.1, palette), BarColour(0.5, palette),
+                                        BarColour(0.9, palette)};
+  double least = 1e3;
+  for (const Matrix3d& sight : KindsOfSight()) {
+    for (const auto& colours : {texts, bars}) {
+      for (std::size_t a = 0; a < 3; ++a) {
+        for (std::size_t b = 0; b < a; ++b) {
+          least = std::min(least,
+                           (SeenColour(colours[a], sight) - SeenColour(colours[b], sight)).norm());
+        }
+      }
+    }
+  }
+  return least;
+}
+
+TEST(TextLayout, ATeachersMarksAreAtTheirPlacesAndABleedingGrows) {
+  const GlyphAtlas atlas(TextPixels(640, 480));
+  PictureMarks marks;
+  marks.count = 2;
+  marks.marks[0] = {.kind = PictureMark::Kind::kPoint, .x = 0.25, .y = 0.5};
+  marks.marks[1] = {
+      .kind = PictureMark::Kind::kBleeding, .x = 0.75, .y = 0.25, .since_ns = 2'000'000'000};
+  ViewSettings view;
+  SessionHealth health;
+  SceneSnapshot scene;
+  const auto laid_out = [&](double seconds) {
+    scene.step.time_ns = static_cast<Nanoseconds>(1e9 * seconds);
+    const Status status{.view = view, .health = health, .scene = scene, .marks = &marks};
+    return LayOut(MakeStatusText(status, {}), atlas, 640, 480);
+  };
+  // Middles of what is drawn left and right of the picture's middle, and the right one's width.
+  const auto disc_width = [&](double seconds) {
+    int widest = 0;
+    for (const TextQuad& quad : laid_out(seconds)) {
+      const bool is_row = quad.height == 1 && quad.atlas_x == 0 && quad.atlas_y == 0;
+      if (!is_row) continue;
+      EXPECT_NEAR(quad.x + 0.5 * quad.width, 480, 1);
+      widest = std::max(widest, quad.width);
+    }
+    return widest;
+  };
+  const int at_once = disc_width(2), later = disc_width(7), full = disc_width(17);
+  EXPECT_GT(at_once, 10);
+  EXPECT_GT(later, 2 * at_once);
+  EXPECT_GT(full, later);
+  EXPECT_EQ(disc_width(60), full);
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  int bars = 0;
+  for (const TextQuad& quad : laid_out(2)) {
+    if (quad.colour != ColourOf(Tone::kWarning, Palette::kStandard)) continue;
+    sum += Eigen::Vector2d(quad.x + 0.5 * quad.width, quad.y + 0.5 * quad.height);
+    ++bars;
+  }
+  ASSERT_EQ(bars, 4);
+  EXPECT_NEAR(sum.x() / bars, 160, 1);
+  EXPECT_NEAR(sum.y() / bars, 240, 1);
+}
+
+TEST(Palette, ItsTonesAreApartForEveryKindOfSight) {
+  EXPECT_GT(LeastDistance(Palette::kColourBlind), 30);
+  EXPECT_LT(LeastDistance(Palette::kStandard), 15) << "the comparison can tell";
+}
+
+TEST(Palette, AnAlarmHasASignBesidesItsColour) {
+  Scenery scenery;
+  scenery.health.tools[0].depth = 0.061;  // beyond the limit: an alarm and a tool's line
+  const GlyphAtlas atlas(TextPixels(640, 480));
+  const auto count = [&](Palette palette, const TextColour& colour) {
+    const std::vector<TextQuad> quads = LayOut(scenery.Text(), atlas, 640, 480, palette);
+    return std::ranges::count(quads, colour, &TextQuad::colour);
+  };
+  const auto standard = count(Palette::kStandard, ColourOf(Tone::kAlarm, Palette::kStandard));
+  EXPECT_GT(standard, 0);
+  EXPECT_EQ(count(Palette::kColourBlind, ColourOf(Tone::kAlarm, Palette::kColourBlind)),
+            standard + 2)
+      << "a ! before each of two lines";
+  EXPECT_EQ(count(Palette::kColourBlind, ColourOf(Tone::kAlarm, Palette::kStandard)), 0);
 }
 
 TEST(TextLayout, LeavesTheMiddleOfThePictureFree) {

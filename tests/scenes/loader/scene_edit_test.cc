@@ -23,6 +23,37 @@ class SceneEdits : public SceneTest {
   Scene after_;
 };
 
+constexpr char kTwoInstruments[] =
+    "[[organ]]\nname = \"o\"\nmesh = \"m.obj\"\n"
+    "[[instrument]]\nname = \"a\"\ntrocar = [-0.1, 0, 0.2]\ntrocar_friction = 1\n"
+    "device.max_force = 5\n"
+    "[[instrument]]\nname = \"b\"\ntrocar = [0.1, 0, 0.3]\n";
+
+TEST_F(SceneEdits, ALeftHandedSceneExchangesPortsAndKeepsItsText) {
+  const std::string end = kTwoInstruments;
+  for (const std::string& begin :
+       {std::string(), std::string("[scene]  # of mine\nname = \"s\"\n"),
+        std::string("scene = {}\n"), std::string("scene = { name = \"s\" }\n"),
+        std::string("scene.name = \"s\"\n"), std::string("[scene]\nleft_handed = false  # yet\n"),
+        std::string("[scene]\nleft_handed = true\n")}) {
+    SCOPED_TRACE(begin);
+    const Scene right = Load(begin + end);
+    const std::string text = LeftHandedScene(right);
+    const Scene left = Read(text);
+    EXPECT_TRUE(left.left_handed);
+    EXPECT_NE(text.find("# "), begin.find('#') == std::string::npos ? 0 : std::string::npos);
+    ASSERT_EQ(left.instruments.size(), 2u);
+    EXPECT_EQ(left.instruments[0].name, "a");
+    EXPECT_EQ(left.instruments[0].p_trocar_W, Vector3d(0.1, 0, 0.3));
+    EXPECT_EQ(left.instruments[1].p_trocar_W, Vector3d(-0.1, 0, 0.2));
+    EXPECT_EQ(left.instruments[0].trocar_friction, 0);
+    EXPECT_EQ(left.instruments[1].trocar_friction, 1);
+    EXPECT_EQ(left.instruments[1].device.max_force, 5);
+    EXPECT_EQ(left.name, right.name);
+    EXPECT_EQ(LeftHandedScene(left), text) << "twice is once";
+  }
+}
+
 constexpr char kAuthors[] =
     "# what it is for\n"
     "[[organ]]\n"

@@ -84,5 +84,25 @@ TEST(ControlScript, AnInvalidPressOfAPedalIsNamedWithTheRemedy) {
             "--pedal hook@1-2: unknown instrument; the scene has left, right");
 }
 
+TEST(ControlScript, APauseKeepsTheControlsAndStaysWithLaterOnes) {
+  ControlScript script = ParseControls({"left=hook@1", "left=left@2"}, {}, TwoHands());
+  TripleBuffer<SessionControl> edge;
+  script.SetPaused(true, &edge);
+  ASSERT_TRUE(edge.Update());
+  EXPECT_TRUE(edge.Front().paused);
+  EXPECT_EQ(edge.Front().instrument_index[0], 0);
+  script.Advance(1'000'000'000, &edge);
+  ASSERT_TRUE(edge.Update());
+  EXPECT_TRUE(edge.Front().paused);
+  EXPECT_EQ(edge.Front().instrument_index[0], 1);
+  script.SetPaused(false, &edge);
+  ASSERT_TRUE(edge.Update());
+  EXPECT_FALSE(edge.Front().paused);
+  EXPECT_EQ(edge.Front().instrument_index[0], 1);
+  script.Advance(2'000'000'000, &edge);
+  ASSERT_TRUE(edge.Update());
+  EXPECT_FALSE(edge.Front().paused);
+}
+
 }  // namespace
 }  // namespace hpdm

@@ -409,5 +409,21 @@ TEST_F(TrainerInputTest, GuidanceIsSwitchedByItsKey) {
   EXPECT_TRUE(input.view().guidance);
 }
 
+TEST_F(TrainerInputTest, ATeachersPauseIsThatOfTheKey) {
+  TrainerInput input = Input();
+  input.Handle(KeyEvent{'d', true});
+  input.SetPaused(true);
+  EXPECT_TRUE(input.view().paused);
+  EXPECT_TRUE(input.control().paused);
+  EXPECT_EQ(input.control().pedal, (std::array<bool, kMaxInstruments>{})) << "released";
+  input.SetPaused(true);
+  EXPECT_TRUE(input.control().paused);
+  Type(&input, 'p');
+  EXPECT_FALSE(input.control().paused) << "the trainee may continue";
+  input.SetPaused(true);
+  input.SetPaused(false);
+  EXPECT_FALSE(input.view().paused);
+}
+
 }  // namespace
 }  // namespace hpdm

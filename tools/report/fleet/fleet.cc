@@ -166,6 +166,7 @@ class Fleet {
 
   void Finish(const Json& line) {
     if (table_) table_->Add({&line, 1});
+    if (options_.lines != nullptr) options_.lines->push_back(line);
     if (options_.print_lines) Print(LineText(line) + "\n");
     if (line.at("exit_code") == 0) {
       ++summary_.reported;

@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct FleetOptions {
   HandlingLimits limits = {};
   bool again = false;       ///< Also read unchanged sessions that the table has.
   bool print_lines = true;  ///< Print each finished session's line on stdout.
+  std::vector<nlohmann::ordered_json>* lines = nullptr;  ///< Also takes each finished line.
   /// The program that reads one session with `report FOLDER --json-line`.
   std::string program = "/proc/self/exe";
 };

@@ -5,8 +5,11 @@
 
 #include "engine/base/error.h"
 #include "tools/report/fleet/fleet.h"
+#include "tools/report/fleet/learning_curve.h"
+#include "tools/report/fleet/learning_curve_page.h"
 #include "tools/report/fleet/session_line.h"
 #include "tools/shared/report_text.h"
+#include "tools/shared/staged_file.h"
 
 namespace hpdm {
 namespace {
@@ -54,6 +57,11 @@ void AddFleetOptions(Command report, const std::vector<Option>& single, FleetArg
       .AddFlag("--again", arguments->again,
                "Also read sessions that the table has and whose logs are unchanged")
       .Needs(all);
+  report
+      .AddOption("--curve", arguments->curve,
+                 "Write a page with the learning curve of each task: its sessions in the order of "
+                 "their starts")
+      .Needs(all);
 }
 
 bool RunFleetCommand(const FleetArguments& arguments, const std::string& session,
@@ -68,13 +76,18 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
   }
   if (!arguments.all && arguments.collect.empty()) return false;
   FleetSummary summary;
+  if (!arguments.curve.empty() && !out.empty()) {
+    throw InputError("--curve cannot be combined with --out: it reads all sessions; leave one out");
+  }
   if (arguments.all) {
+    std::vector<nlohmann::ordered_json> lines;
     FleetOptions options{.folder = session,
                          .table = out,
                          .patience = arguments.patience,
                          .limits = limits,
                          .again = arguments.again,
-                         .print_lines = out.empty()};
+                         .print_lines = out.empty() && arguments.curve.empty()};
+    if (!arguments.curve.empty()) options.lines = &lines;
     options.jobs = arguments.jobs > 0
                        ? arguments.jobs
                        : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -82,6 +95,12 @@ bool RunFleetCommand(const FleetArguments& arguments, const std::string& session
     std::fprintf(stderr, "%s sessions: %s reported, %s unchanged, %s failed\n",
                  Count(summary.sessions).c_str(), Count(summary.reported).c_str(),
                  Count(summary.unchanged).c_str(), Count(summary.failed).c_str());
+    if (!arguments.curve.empty()) {
+      StagedFile page(arguments.curve);
+      page.Write(LearningCurvePage(LearningCurves(lines)));
+      page.Commit();
+      std::printf("%s\n", OneLine(arguments.curve).c_str());
+    }
     if (!out.empty()) {
       std::printf("%s: added %s report%s\n", OneLine(out).c_str(), Count(summary.reported).c_str(),
                   summary.reported == 1 ? "" : "s");

@@ -16,6 +16,7 @@ struct FleetArguments {
   int jobs = 0;
   double patience = 600;
   bool again = false;
+  std::string curve;
 };
 
 /// Adds the options to the command `hpdm report`; `single` are its options for a single session.

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <limits>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/text_list.h"
@@ -16,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 /// Identify the file: "HPDM" in its header, and the version of its tables.
 constexpr int kApplication = 0x4850444D;
-constexpr int kVersion = 4;
+constexpr int kVersion = 5;
 /// Longest wait for another program that writes, ms.
 constexpr int kLockPatience = 60'000;
 
@@ -28,6 +29,7 @@ constexpr TableColumn kSessionColumns[] = {
     {"log_mtime_ns", "INTEGER", "/log_mtime_ns"},
     {"summary_mtime_ns", "INTEGER", "/summary_mtime_ns"},
     {"scene", "TEXT", "/report/scene"},
+    {"left_handed", "INTEGER", "/report/left_handed"},
     {"start", "TEXT", "/report/start"},
     {"measured", "INTEGER", "/report/measured"},
     {"duration_s", "REAL", "/report/duration_s"},
@@ -36,6 +38,8 @@ constexpr TableColumn kSessionColumns[] = {
     {"force_limit_N", "REAL", "/report/force_limit_N"},
     {"depth_limit_m", "REAL", "/report/depth_limit_m"},
     {"both_moving_s", "REAL", "/report/both_moving_s"},
+    {"any_moving_s", "REAL", "/report/any_moving_s"},
+    {"working_together_s", "REAL", "/report/working_together_s"},
     {"ticks", "INTEGER", "/report/ticks"},
     {"ticks_skipped", "INTEGER", "/report/skipped/total"},
     {"skipped_late_wake_up", "INTEGER", "/report/skipped/late_wake_up"},
@@ -79,7 +83,9 @@ constexpr TableColumn kMotionColumns[] = {{"name", "TEXT", "/name"},
                                           {"mean_speed_m_per_s", "REAL", "/mean_speed_m_per_s"},
                                           {"peak_speed_m_per_s", "REAL", "/peak_speed_m_per_s"},
                                           {"smoothness_sparc", "REAL", "/smoothness_sparc"},
-                                          {"idle_s", "REAL", "/idle_s"}};
+                                          {"idle_s", "REAL", "/idle_s"},
+                                          {"advances", "INTEGER", "/advances"},
+                                          {"overshoots", "INTEGER", "/overshoots"}};
 
 constexpr TableColumn kDeviceColumns[] = {
     {"mean_force_rate_N_per_s", "REAL", "/mean_force_rate_N_per_s"},
@@ -101,6 +107,17 @@ constexpr TableColumn kAttachmentColumns[] = {{"name", "TEXT", "/name"},
                                               {"cut_area_m2", "REAL", "/cut_area_m2"},
                                               {"dissipated_J", "REAL", "/dissipated_J"}};
 
+constexpr TableColumn kExerciseColumns[] = {
+    {"name", "TEXT", "/name"},        {"score", "REAL", "/score"},
+    {"passed", "INTEGER", "/passed"}, {"ended", "INTEGER", "/ended"},
+    {"time_s", "REAL", "/time_s"},    {"error_count", "INTEGER", "/error_count"}};
+
+constexpr TableColumn kGoalsColumns[] = {
+    {"depth_perception", "REAL", "/depth_perception/rating"},
+    {"bimanual_dexterity", "REAL", "/bimanual_dexterity/rating"},
+    {"efficiency", "REAL", "/efficiency/rating"},
+    {"tissue_handling", "REAL", "/tissue_handling/rating"}};
+
 template <std::size_t... kSizes>
 constexpr auto Joined(const TableColumn (&... parts)[kSizes]) {
   std::array<TableColumn, (kSizes + ...)> joined;
@@ -116,12 +133,14 @@ struct Table {
   std::vector<std::string_view> keys;
   std::span<const TableColumn> columns;
 };
-enum { kSessions, kHands, kContacts, kLatencies, kAttachments };
+enum { kSessions, kHands, kContacts, kLatencies, kAttachments, kExercises, kGoals };
 const Table kTables[] = {{"sessions", {"session"}, kSessionColumns},
                          {"hands", {"session", "hand"}, kHandColumns},
                          {"contacts", {"session", "hand", "organ"}, kContactColumns},
                          {"latencies", {"session", "latency"}, kLatencyColumns},
-                         {"attachments", {"session", "attachment"}, kAttachmentColumns}};
+                         {"attachments", {"session", "attachment"}, kAttachmentColumns},
+                         {"exercises", {"session"}, kExerciseColumns},
+                         {"goals", {"session"}, kGoalsColumns}};
 
 int Bind(sqlite3_stmt* statement, int at, const Json& value) {
   if (value.is_boolean()) return sqlite3_bind_int(statement, at, value.get<bool>());
@@ -286,6 +305,11 @@ void SqliteTable::AddRows(const Json& line) {
   int a = 0;
   for (const Json& attachment : ListOf(line, "/report/attachments")) {
     AddRow(inserts_[kAttachments], {session, a++}, attachment);
+  }
+  for (const auto& [table, place] :
+       {std::pair{kExercises, "/report/exercise"}, std::pair{kGoals, "/report/goals"}}) {
+    const Json& values = At(line, place);
+    if (values.is_object()) AddRow(inserts_[table], {session}, values);
   }
   for (const Json& latency : ListOf(line, "/report/latencies")) {
     const Json& name = At(latency, "/name");

@@ -22,7 +22,7 @@ struct TableColumn {
 };
 
 /// A table as an SQLite file, which DuckDB reads too. It has the tables sessions, hands, contacts
-/// (of a hand with an organ), attachments and latencies; tools/report/fleet.md lists the columns. Each Add is
+/// (of a hand with an organ), attachments, latencies, exercises and goals; tools/report/fleet.md lists the columns. Each Add is
 /// one transaction.
 class SqliteTable : public SessionTable {
  public:

@@ -42,6 +42,11 @@ constexpr MetricDefinition kDefinitions[] = {
      "Balasubramanian 2015", Better::kHigher},
     {"idle_s", "Idle time", "s", 1, "%.1f", "Time with the tip slower than 5 mm/s.", "Oropesa 2013",
      Better::kLower},
+    {"advances", "Advances", "", 1, "%.0f",
+     "Number of ways of at least 10 mm along the shaft into the body.", "", Better::kNeither},
+    {"overshoots", "Overshoots", "", 1, "%.0f",
+     "Advances through the air of which at least 3 mm, but at most half, were taken back at once.",
+     "Vassiliou 2005", Better::kLower},
     {"contact_time_s", "Contact time", "s", 1, "%.1f", "Time with tissue at the tip.", "",
      Better::kNeither},
     {"contacts", "Contacts", "", 1, "%.0f",
@@ -134,6 +139,12 @@ constexpr MetricSource kSources[] = {
      "S. P. Rodrigues, T. Horeman, J. Dankelman, J. J. van den Dobbelsteen, F. W. Jansen: Suturing "
      "intraabdominal organs: when do we cause tissue damage? Surgical Endoscopy 26 (2012), doi "
      "10.1007/s00464-011-1986-5. (Forces that tissues bear; the trainer sets the limit.)"},
+    {"Vassiliou 2005",
+     "M. C. Vassiliou, L. S. Feldman, C. G. Andrew, S. Bergman, K. Leffondr\u00e9, D. Stanbridge, "
+     "G. "
+     "M. Fried: A global assessment tool for evaluation of intraoperative laparoscopic skills. "
+     "American Journal of Surgery 190 (2005), 107-113. (The domains, and that overshooting shows "
+     "depth perception; every threshold is ours.)"},
     {"Trejos 2014",
      "A. L. Trejos, R. V. Patel, R. A. Malthaner, C. M. Schlachta: Development of force-based "
      "metrics "

@@ -102,28 +102,70 @@ void Measure(const std::vector<MotionVector>& samples, MotionMetrics* metrics, S
   }
 }
 
+/// Counts advances along the shaft, and those that overshot (motion_metrics.h). The insertion goes in
+/// legs, in and out in turn. A leg ends where it turns by kCorrection, or rests.
+class AdvanceCounter {
+ public:
+  explicit AdvanceCounter(MotionMetrics* metrics) : metrics_(*metrics) {}
+
+  void Count(const std::vector<MotionVector>& samples) {
+    if (samples.empty()) return;
+    turn_ = extreme_ = rest_ = samples.front()[kMotionInsertion];
+    std::size_t resting_since = 0;
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      const double at = samples[i][kMotionInsertion];
+      if (std::abs(at - rest_) >= kShaftRest) {
+        rest_ = at;
+        resting_since = i;
+      } else if (static_cast<double>(i - resting_since) * kMotionPeriod >= kShaftRestTime) {
+        if (direction_ != 0) EndLeg();
+        turn_ = extreme_ = at;
+        direction_ = 0;
+        free_advance_ = 0;
+        continue;
+      }
+      Follow(at, Force(samples[i]).norm() >= kNoForce);
+    }
+    if (direction_ != 0) EndLeg();
+  }
+
+ private:
+  void Follow(double at, bool touches) {
+    if (direction_ == 0) {
+      if (std::abs(at - turn_) < kCorrection) return;
+      direction_ = at > turn_ ? 1 : -1;
+      extreme_ = at;
+      touches_ = touches;
+    } else if (direction_ * (at - extreme_) >= 0) {
+      extreme_ = at;
+      touches_ = touches;
+    } else if (direction_ * (extreme_ - at) >= kCorrection) {
+      EndLeg();
+      turn_ = extreme_;
+      extreme_ = at;
+      touches_ = touches;
+      direction_ = -direction_;
+    }
+  }
+  void EndLeg() {
+    const double leg = extreme_ - turn_;
+    if (leg >= kAdvance) ++metrics_.advances;
+    if (-leg >= kCorrection && -leg <= kCorrectionShare * free_advance_) ++metrics_.overshoots;
+    free_advance_ = leg >= kAdvance && !touches_ ? leg : 0;
+  }
+
+  MotionMetrics& metrics_;
+  double turn_ = 0, extreme_ = 0;  // of the present leg: where it began, and its farthest place, m
+  bool touches_ = false;           // there is a force at `extreme_`
+  int direction_ = 0;              // 1 in, -1 out, 0 none yet
+  double rest_ = 0;                // m, where the insertion last changed by kShaftRest
+  double free_advance_ = 0;        // m, the leg before if it was an advance that touched nothing
+};
+
 std::vector<MotionVector> Smoothed(const TimeSeriesSegment& segment) {
   std::vector<MotionVector> samples = segment.samples;
   SmoothZeroPhase(kMotionCutoff, kMotionPeriod, &samples);
   return samples;
-}
-
-using MotionInterval = std::pair<double, double>;  // from, to, s
-
-/// Returns the intervals in which an instrument is faster than kIdleSpeed, in order.
-std::vector<MotionInterval> Moving(std::span<const TimeSeriesSegment> segments) {
-  std::vector<MotionInterval> moving;
-  for (const TimeSeriesSegment& segment : segments) {
-    const std::vector<double> speeds = Rates(Smoothed(segment), Tip);
-    bool moves = false;
-    for (std::size_t i = 0; i < speeds.size(); ++i) {
-      const double from = segment.start + (static_cast<double>(i) - 0.5) * kMotionPeriod;
-      const bool moved = std::exchange(moves, speeds[i] >= kIdleSpeed);
-      if (moves && !moved) moving.emplace_back(from, from);
-      if (moves) moving.back().second = from + kMotionPeriod;
-    }
-  }
-  return moving;
 }
 
 double Median(std::vector<double> values) {
@@ -173,7 +215,9 @@ MotionMetrics MeasureMotion(std::span<const TimeSeriesSegment> segments) {
   Sums sums;
   std::size_t count = 0;
   for (const TimeSeriesSegment& segment : segments) {
-    Measure(Smoothed(segment), &metrics, &sums);
+    const std::vector<MotionVector> samples = Smoothed(segment);
+    Measure(samples, &metrics, &sums);
+    AdvanceCounter(&metrics).Count(samples);
     count += segment.samples.size();
   }
   const auto seconds = [](std::size_t samples) {
@@ -188,8 +232,23 @@ MotionMetrics MeasureMotion(std::span<const TimeSeriesSegment> segments) {
   return metrics;
 }
 
+std::vector<MotionInterval> MovingIntervals(std::span<const TimeSeriesSegment> segments) {
+  std::vector<MotionInterval> moving;
+  for (const TimeSeriesSegment& segment : segments) {
+    const std::vector<double> speeds = Rates(Smoothed(segment), Tip);
+    bool moves = false;
+    for (std::size_t i = 0; i < speeds.size(); ++i) {
+      const double from = segment.start + (static_cast<double>(i) - 0.5) * kMotionPeriod;
+      const bool moved = std::exchange(moves, speeds[i] >= kIdleSpeed);
+      if (moves && !moved) moving.emplace_back(from, from);
+      if (moves) moving.back().second = from + kMotionPeriod;
+    }
+  }
+  return moving;
+}
+
 double BothMoving(std::span<const TimeSeriesSegment> a, std::span<const TimeSeriesSegment> b) {
-  const std::vector<MotionInterval> left = Moving(a), right = Moving(b);
+  const std::vector<MotionInterval> left = MovingIntervals(a), right = MovingIntervals(b);
   double both = 0;
   for (std::size_t l = 0, r = 0; l < left.size() && r < right.size();) {
     both += std::max(
@@ -197,6 +256,44 @@ double BothMoving(std::span<const TimeSeriesSegment> a, std::span<const TimeSeri
     left[l].second < right[r].second ? ++l : ++r;
   }
   return both;
+}
+
+WorkTimes MeasureWork(std::span<const HandWork> hands) {
+  // A change of one hand's state at a time.
+  struct Change {
+    double time;
+    std::size_t hand;
+    int moves, holds;  // +1 begins, -1 ends
+  };
+  std::vector<Change> changes;
+  for (std::size_t h = 0; h < hands.size(); ++h) {
+    for (const auto& [from, to] : hands[h].moves) {
+      changes.push_back({from, h, 1, 0});
+      changes.push_back({to, h, -1, 0});
+    }
+    for (const auto& [from, to] : hands[h].holds) {
+      changes.push_back({from, h, 0, 1});
+      changes.push_back({to, h, 0, -1});
+    }
+  }
+  std::ranges::sort(changes, {}, &Change::time);
+  std::vector<int> moves(hands.size(), 0), holds(hands.size(), 0);
+  WorkTimes times;
+  double last = 0;
+  for (const Change& change : changes) {
+    std::size_t moving = 0, working = 0;
+    for (std::size_t h = 0; h < hands.size(); ++h) {
+      moving += moves[h] > 0;
+      working += moves[h] > 0 || holds[h] > 0;
+    }
+    const double passed = change.time - last;
+    if (moving > 0) times.any_moves += passed;
+    if (moving > 0 && working > 1) times.together += passed;
+    last = change.time;
+    moves[change.hand] += change.moves;
+    holds[change.hand] += change.holds;
+  }
+  return times;
 }
 
 }  // namespace hpdm

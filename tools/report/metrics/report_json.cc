@@ -5,6 +5,8 @@
 #include <ctime>
 #include <string>
 
+#include "tools/report/metrics/goals.h"
+
 namespace hpdm {
 namespace {
 
@@ -28,6 +30,7 @@ Json StartText(std::int64_t start_us) {
 void AddSession(const SessionReport& report, Json* json) {
   (*json)["log"] = report.log;
   (*json)["scene"] = report.scene.empty() ? Json(nullptr) : Json(report.scene);
+  (*json)["left_handed"] = report.left_handed;
   (*json)["start"] = StartText(report.start_us);
   (*json)["measured"] = report.measured;
   (*json)["duration_s"] = report.duration;
@@ -37,6 +40,8 @@ void AddSession(const SessionReport& report, Json* json) {
   (*json)["depth_limit_m"] = report.depth_limit;
   (*json)["ticks_per_output"] = report.output_interval;
   (*json)["both_moving_s"] = OrNull(report.both_moving);
+  (*json)["any_moving_s"] = report.work ? Json(report.work->any_moves) : Json(nullptr);
+  (*json)["working_together_s"] = report.work ? Json(report.work->together) : Json(nullptr);
 }
 
 void AddContact(const ContactMetrics& contact, Json* json) {
@@ -70,6 +75,8 @@ void AddHand(const HandReport& hand, Json* json) {
   (*json)["peak_speed_m_per_s"] = motion.peak_speed;
   (*json)["smoothness_sparc"] = OrNull(motion.smoothness);
   (*json)["idle_s"] = motion.idle;
+  (*json)["advances"] = motion.advances;
+  (*json)["overshoots"] = motion.overshoots;
   AddContact(hand.contact, json);
   (*json)["mean_force_rate_N_per_s"] = motion.mean_force_rate;
   (*json)["peak_force_rate_N_per_s"] = motion.peak_force_rate;
@@ -135,9 +142,15 @@ Json ExerciseToJson(const ExerciseReport& exercise, const std::vector<std::strin
          {"place_m", {error.place_W.x(), error.place_W.y(), error.place_W.z()}},
          {"force_N", error.force}});
   }
+  Json bleedings = Json::array();
+  for (const ExerciseBleeding& bleeding : result.bleedings) {
+    bleedings.push_back({{"begin_s", bleeding.begin},
+                         {"lasted_s", bleeding.end - bleeding.begin},
+                         {"stopped", bleeding.stopped}});
+  }
   return {{"name", options.name},  {"score", result.score}, {"passed", result.passed},
-          {"ended", result.ended}, {"time_s", result.time}, {"steps", steps},
-          {"errors", errors}};
+          {"ended", result.ended}, {"time_s", result.time}, {"error_count", result.errors.size()},
+          {"steps", steps},        {"errors", errors},      {"bleedings", bleedings}};
 }
 
 }  // namespace
@@ -168,6 +181,15 @@ Json ToJson(const SessionReport& report) {
                                    {"dissipated_J", attachment.dissipated}});
   }
   if (report.exercise) json["exercise"] = ExerciseToJson(*report.exercise, report.organs);
+  json["goals"] = Json::object();
+  for (const GoalsDomain& domain : RateGoals(report)) {
+    Json parts = Json::object();
+    for (const GoalsPart& part : domain.parts) parts[part.key] = part.value;
+    json["goals"][domain.key] = {
+        {"rating", OrNull(domain.rating)},
+        {"figures", parts},
+        {"why_not", domain.why_not.empty() ? Json(nullptr) : Json(domain.why_not)}};
+  }
   json["latencies"] = Json::array();
   for (const LatencyReport& latency : report.latencies) {
     if (latency.count > 0) json["latencies"].push_back(LatencyToJson(latency));

@@ -95,6 +95,11 @@ TaskComparison CompareTasks(const SessionReport& report, const SessionReport& ag
     task.same_instruments = false;
     task.warnings.push_back("other instruments: " + Listed(now) + "; before: " + Listed(before));
   }
+  if (report.left_handed != against.left_handed) {
+    task.same_instruments = false;
+    task.warnings.emplace_back(report.left_handed ? "left-handed ports; before: right-handed"
+                                                  : "right-handed ports; before: left-handed");
+  }
   const bool touches = ContactCount(report) > 0;
   if (touches != (ContactCount(against) > 0)) {
     task.both_touch = false;

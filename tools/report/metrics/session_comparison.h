@@ -21,7 +21,7 @@ std::pair<std::string, std::string> SessionNames(const SessionReport& a, const S
 /// Tells whether two sessions had the same task, as far as their logs show it.
 struct TaskComparison {
   bool same_scene = true;             ///< Neither the scene's name nor the organs differ.
-  bool same_instruments = true;       ///< Each hand began with the same instrument.
+  bool same_instruments = true;       ///< Each hand began with the same one at the same port.
   bool both_touch = true;             ///< Either both had contact with tissue, or none had.
   bool same_length = true;            ///< Within kSameLength, without pauses and gaps.
   std::vector<std::string> warnings;  ///< One line for each difference; plain, not HTML.

@@ -83,6 +83,7 @@ class LogSummary {
     report.health.closed = closed_;
     for (const auto& [channel, sequence] : sequences_) report.health.lost += sequence.lost();
     report.start_us = epoch_us_ > kFirstWallTime ? epoch_us_ : 0;
+    report.left_handed = left_handed_;
     report.stolen = stolen_;
     report.steps_shed = steps_shed_;
     report.attachments = attachments_;
@@ -147,6 +148,8 @@ class LogSummary {
 
   void AddEvent() {
     if (event_.name == kSessionStart) start_text_ = event_.text;
+    if (event_.name == kBleeding && exercise_) exercise_->AddBleeding(event_.time_ns);
+    left_handed_ |= event_.name == kLeftHanded;
     closed_ |= event_.name == "session.end";
     const auto severity = static_cast<EventSeverity>(
         std::clamp<int>(event_.severity, 0, static_cast<int>(EventSeverity::kError)));
@@ -210,7 +213,7 @@ class LogSummary {
   std::map<std::int32_t, Organ> organs_;
   std::vector<AttachmentReport> attachments_;
   std::optional<ExerciseEvaluator> exercise_;
-  bool epoch_known_ = false, closed_ = false;
+  bool epoch_known_ = false, closed_ = false, left_handed_ = false;
   std::int64_t epoch_us_ = 0;
   std::string start_text_;
   double stolen_ = 0;

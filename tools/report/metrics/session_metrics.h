@@ -113,6 +113,7 @@ struct LogReport {
 struct SessionReport {
   std::string log;            ///< Path.
   std::string scene;          ///< Name; empty if unknown.
+  bool left_handed = false;   ///< The first two instruments had exchanged their ports.
   std::int64_t start_us = 0;  ///< Wall time of the start since 1970; 0: the lockstep clock.
   bool measured = false;      ///< True on the real clock, where latencies are measured.
   double duration = 0;        ///< s, from the first tick to the end of the last.
@@ -125,6 +126,7 @@ struct SessionReport {
   std::vector<AttachmentReport> attachments;  ///< In the scene's order.
   std::optional<ExerciseReport> exercise;     ///< Of a scene with one.
   std::optional<double> both_moving;          ///< s in which both tips move; only with two hands.
+  std::optional<WorkTimes> work;              ///< Only with two hands or more.
   std::uint64_t ticks = 0;
   int output_interval = 1;      ///< Ticks that share an output in a thinned log (--log-rate).
   std::uint64_t exchanges = 0;  ///< Number of times that a hand took another instrument.
@@ -141,6 +143,7 @@ struct SessionTimeSeries {
   struct Peaks {  ///< Peaks over the ticks of one kMotionPeriod.
     float force = 0, depth = 0;
     std::int8_t organ = -1;  ///< Organ in contact; -1: none.
+    bool holds = false;      ///< The jaws hold tissue.
   };
   struct Hand {
     std::vector<TimeSeriesSegment> segments;

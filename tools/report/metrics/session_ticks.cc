@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <utility>
 
 #include "lcmtypes/analysis/tissue_force.h"
 #include "tools/report/metrics/motion_metrics.h"
@@ -32,6 +33,20 @@ MotionVector MotionOf(const ToolSample& tool) {
   MotionVector series;
   series << tool.p_tip_W, tool.joints.head<4>(), TissueForce(tool);
   return series;
+}
+
+/// Returns the intervals in which the jaws hold tissue, in order.
+std::vector<MotionInterval> HoldingIntervals(const std::vector<SessionTimeSeries::Peaks>& peaks,
+                                             double start) {
+  std::vector<MotionInterval> holding;
+  bool holds = false;
+  for (std::size_t i = 0; i < peaks.size(); ++i) {
+    const double from = start + static_cast<double>(i) * kMotionPeriod;
+    const bool held = std::exchange(holds, peaks[i].holds);
+    if (holds && !held) holding.emplace_back(from, from);
+    if (holds) holding.back().second = from + kMotionPeriod;
+  }
+  return holding;
 }
 
 }  // namespace
@@ -129,6 +144,13 @@ void SessionTicks::Fill(SessionReading* reading) {
     reading->series.hands.push_back({hand.series.segments(), std::move(hand.peaks)});
   }
   report.exchanges = exchanges_;
+  if (hands_.size() >= 2) {
+    std::vector<HandWork> work;
+    for (const SessionTimeSeries::Hand& hand : reading->series.hands) {
+      work.push_back({MovingIntervals(hand.segments), HoldingIntervals(hand.peaks, start_)});
+    }
+    report.work = MeasureWork(work);
+  }
   if (hands_.size() == 2) {
     report.both_moving = BothMoving(hands_[0].series.segments(), hands_[1].series.segments());
   }
@@ -231,6 +253,7 @@ void SessionTicks::AddPeaks(const ToolSample& tool, double time, double until,
     SessionTimeSeries::Peaks& peak = (*peaks)[b];
     peak.force = std::max(peak.force, static_cast<float>(TissueForce(tool).norm()));
     peak.depth = std::max(peak.depth, static_cast<float>(tool.depth));
+    peak.holds |= tool.kind == ContactKind::kGrasp && !last_.paused;
     if (tool.kind != ContactKind::kNone && tool.organ >= 0 && tool.organ < kMaxOrgans) {
       peak.organ = static_cast<std::int8_t>(tool.organ);
     }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "tools/report/metrics/goals.h"
 #include "tools/report/metrics/metric_definitions.h"
 #include "tools/report/metrics/report_json.h"
 #include "tools/report/metrics/verdicts.h"
@@ -103,6 +104,11 @@ std::string ExercisePanel(const SessionReport& report) {
                 1e3 * error.place_W.z(), -rule.points);
   }
   if (!result.errors.empty()) html += "</tbody></table></div>\n";
+  for (const ExerciseBleeding& bleeding : result.bleedings) {
+    html += Format("<p>A bleeding that the teacher began at %.1f s lasted %.1f s: %s.</p>\n",
+                   bleeding.begin, bleeding.end - bleeding.begin,
+                   bleeding.stopped ? "a clip stopped it" : "nothing stopped it");
+  }
   return html +
          Format(
              "<p class=\"note\">Steps give up to %g points, the time up to %g: all of them up to "
@@ -110,6 +116,46 @@ std::string ExercisePanel(const SessionReport& report) {
              "how this exercise was done, not how well somebody operates.</p>\n",
              ExerciseEvaluator::kStepPoints, ExerciseEvaluator::kTimePoints, options.target_time,
              options.time_limit);
+}
+
+// The domains, each with the figures that it is estimated from.
+std::string GoalsPanel(const SessionReport& report) {
+  std::string html =
+      "<div class=\"wide\"><table id=\"goals-table\"><thead><tr><th>Domain</th>"
+      "<th class=\"number\">rating, 1 to 5</th><th>from</th><th class=\"number\">value</th>"
+      "<th class=\"number\">1 at</th><th class=\"number\">5 at</th>"
+      "<th class=\"number\">its rating</th></tr></thead><tbody>\n";
+  for (const GoalsDomain& domain : RateGoals(report)) {
+    const std::string rows =
+        Format("rowspan=\"%zu\"", std::max<std::size_t>(1, domain.parts.size()));
+    html += "<tr><th scope=\"row\" " + rows + ">" + domain.label + "</th><td class=\"number\" " +
+            rows + " data-key=\"goals." + domain.key + "\">" +
+            (domain.rating ? "<b>" + Format("%.1f", *domain.rating) + "</b>" : "\u2013") + "</td>";
+    if (!domain.rating) {
+      html += "<td colspan=\"5\">not rated: " + EscapeHtml(domain.why_not) + "</td></tr>\n";
+      continue;
+    }
+    for (std::size_t p = 0; p < domain.parts.size(); ++p) {
+      const GoalsPart& part = domain.parts[p];
+      const GoalsScale& scale = *part.scale;
+      const auto cell = [&scale](double value) {
+        return "<td class=\"number\">" + Format("%.3g", scale.scale * value) +
+               (*scale.unit == '\0' ? "" : std::string("\u00a0") + scale.unit) + "</td>";
+      };
+      html += (p > 0 ? "<tr><td>" : "<td>") + EscapeHtml(scale.label) + "</td>" + cell(part.value) +
+              cell(scale.worst) + cell(scale.best) +
+              Format("<td class=\"number\">%.1f</td></tr>\n", part.rating);
+    }
+  }
+  return html +
+         "</tbody></table></div>\n<p class=\"note\">The domains are those of GOALS, with which an "
+         "observer rates an operation from 1 to 5 [Vassiliou 2005]. Here they are estimated from "
+         "figures: linear between the values for 1 and for 5; tissue handling is its lowest "
+         "figure, "
+         "efficiency the mean. All these values are guesses of this project, and no study has "
+         "compared "
+         "the estimate with observers. It shows what changed between sessions of one task; it does "
+         "not replace an observer.</p>\n";
 }
 
 std::string OrganTable(const SessionReport& report) {
@@ -280,6 +326,7 @@ std::string Header(const SessionReport& report, const SessionFiles& files) {
   for (std::size_t h = 0; h < report.hands.size(); ++h) {
     facts += (h > 0 ? " and " : "") + EscapeHtml(report.hands[h].Label());
   }
+  if (report.left_handed) facts += ", left-handed: their ports exchanged";
   std::string html = "<header><h1>" + EscapeHtml(report.scene.empty() ? "Session" : report.scene) +
                      "</h1>\n<p class=\"muted\">" + StartText(report) + " \u00b7 " + facts +
                      " \u00b7 " +
@@ -335,6 +382,7 @@ std::string ReportPageText(const SessionReading& reading, const SessionFiles& fi
     body += Panel("exercise", "Exercise: " + EscapeHtml(report.exercise->options.name),
                   ExercisePanel(report));
   }
+  body += Panel("goals", "GOALS domains, estimated", GoalsPanel(report));
   std::string metrics =
       against == nullptr ? FiguresTable(report) : ComparedFigures(report, *against);
   if (report.both_moving) {

@@ -47,6 +47,7 @@ void DashboardState::Take(const LogEvent& event) {
   mesh_t mesh;
   stats_t stats;
   event_t happened;
+  exercise_t exercise;
   if (Decode(event, kForceChannel, &force)) {
     Take(force);
   } else if (Decode(event, kContactChannel, &contact)) {
@@ -59,6 +60,8 @@ void DashboardState::Take(const LogEvent& event) {
     Take(stats);
   } else if (Decode(event, kEventChannel, &happened)) {
     Take(happened);
+  } else if (Decode(event, kExerciseChannel, &exercise)) {
+    Take(exercise);
   }
 }
 
@@ -136,6 +139,14 @@ void DashboardState::Take(const event_t& event) {
   AddEvent(event);
 }
 
+void DashboardState::Take(const exercise_t& exercise) {
+  exercise_ = exercise;
+  for (std::string* text : {&exercise_->name, &exercise_->instruction, &exercise_->last_error}) {
+    text->resize(std::min(text->size(), kMaxTextBytes));
+  }
+  ++exercise_version_;
+}
+
 void DashboardState::AddEvent(const event_t& event) {
   if (event.name == kSessionStart) {
     instruments_ = InstrumentsIn(event.text.substr(0, kMaxTextBytes), kMaxInstruments);
@@ -173,6 +184,8 @@ void DashboardState::Restart() {
   force_.reset();
   contact_.reset();
   stats_.reset();
+  exercise_.reset();
+  ++exercise_version_;
   latencies_ = {};
   missed_ = {};
   skipped_ = {};

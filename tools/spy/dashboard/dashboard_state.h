@@ -50,6 +50,7 @@ class DashboardState {
     std::uint64_t health = 0;
     std::uint64_t event = 0;
     std::uint64_t names = 0;
+    std::uint64_t exercise = 0;
     std::chrono::steady_clock::time_point channels{};
     std::array<std::uint64_t, kMaxOrgans> meshes{};
     std::array<std::uint64_t, kMaxOrgans> shapes{};
@@ -88,6 +89,7 @@ class DashboardState {
   void Take(mesh_t&& part);
   void Take(const stats_t& stats);
   void Take(const event_t& event);
+  void Take(const exercise_t& exercise);
   void AddEvent(const event_t& event);
   void Restart();
   void AddReset(Seen* seen, std::string* members) const;
@@ -98,6 +100,7 @@ class DashboardState {
   const std::string& ShapeJson(int organ);
   std::string ToolsJson() const;
   std::string HealthJson() const;
+  std::string ExerciseJson() const;
   std::string ChannelsJson(std::int64_t now_us) const;
 
   ChannelTable channels_;
@@ -108,9 +111,11 @@ class DashboardState {
   std::optional<force_t> ahead_;  // a tick that jumped ahead, until another follows it
   std::uint64_t versions_ = 0;    // number of versions of meshes and shapes so far
   std::uint64_t tools_version_ = 0, health_version_ = 0, names_version_ = 0, events_count_ = 0;
+  std::uint64_t exercise_version_ = 0;
   std::optional<force_t> force_;
   std::optional<contact_t> contact_;
   std::optional<stats_t> stats_;
+  std::optional<exercise_t> exercise_;  // of a scene with one
   LatencySums latencies_;
   std::array<std::int64_t, 3> missed_{};         // haptic, deformation, render
   std::array<std::int64_t, 3> skipped_{};        // late wake-up, long compute, stalled

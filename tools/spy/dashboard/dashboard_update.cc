@@ -188,6 +188,10 @@ std::string DashboardState::Update(std::int64_t now_us, Seen* seen) {
     seen->health = health_version_;
     AddMember("health", HealthJson(), &members);
   }
+  if (seen->exercise != exercise_version_) {
+    seen->exercise = exercise_version_;
+    AddMember("exercise", ExerciseJson(), &members);
+  }
   AddEvents(seen, &members);
   AddChannels(now_us, seen, &members);
   return members;
@@ -237,6 +241,24 @@ std::string DashboardState::HealthJson() const {
                {"log_dropped", s.log_dropped},
                {"live_errors", s.live_errors},
                {"latencies", latencies_.ToJson()}});
+}
+
+std::string DashboardState::ExerciseJson() const {
+  if (!exercise_) return "null";
+  const exercise_t& e = *exercise_;
+  return Text({{"name", e.name},
+               {"step", e.step},
+               {"steps", e.step_count},
+               {"instruction", e.instruction},
+               {"progress", e.progress},
+               {"time", e.time},
+               {"time_left", e.time_left},
+               {"score", e.score},
+               {"errors", e.error_count},
+               {"last_error", e.last_error},
+               {"error_time", e.error_time},
+               {"ended", e.ended != 0},
+               {"passed", e.passed != 0}});
 }
 
 std::string DashboardState::ChannelsJson(std::int64_t now_us) const {

@@ -2,7 +2,10 @@
 import './page.css';
 import './dashboard.css';
 import {Charts} from './dashboard_charts.js';
-import {showChannels, showEvents, showHands, showHealth, showNotices, showState} from './dashboard_panels.js';
+import {
+  showChannels, showEvents, showExercise, showHands, showHealth, showNotices, showState,
+} from './dashboard_panels.js';
+import {makePalette} from './dashboard_palette.js';
 import {OrganScene} from './dashboard_scene.js';
 import {makePlayer} from './dashboard_player.js';
 
@@ -17,6 +20,7 @@ const session = {
   tools: null,
   rows: [],       // [interval, then force (N), depth (m), guard flags of each hand]
   health: null,
+  exercise: null,
   channels: [],
   events: [],
   organNames: new Map(),
@@ -30,12 +34,13 @@ const maxRows = 1800, maxEvents = 100;
 const charts = new Charts(document.getElementById('force'), document.getElementById('depth'));
 const scene = new OrganScene(document.getElementById('scene'), session);
 const showPlayer = makePlayer();
+makePalette();
 
 function take(update) {
   ++session.updates;
   session.status = update.status;
   if (update.reset) {
-    Object.assign(session, {tools: null, rows: [], health: null, events: []});
+    Object.assign(session, {tools: null, rows: [], health: null, exercise: null, events: []});
     scene.keepOnly(update.reset.organs);
   }
   if (update.sinking) scene.setSinking(update.sinking);
@@ -43,7 +48,7 @@ function take(update) {
     session.meshErrors =
         update.mesh_errors.map(([organ, why]) => `Organ ${organ} is not shown: ${why}.`);
   }
-  for (const name of ['instruments', 'tools', 'health', 'channels']) {
+  for (const name of ['instruments', 'tools', 'health', 'exercise', 'channels']) {
     if (update[name] !== undefined) session[name] = update[name];
   }
   if (update.rows) session.rows = session.rows.concat(update.rows).slice(-maxRows);
@@ -63,6 +68,7 @@ function showSoon() {
     showState(session);
     showNotices(session);
     showPlayer(session.status?.player);
+    showExercise(session);
     showHands(session);
     showHealth(session);
     showChannels(session);

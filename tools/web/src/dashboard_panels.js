@@ -115,6 +115,34 @@ function handName(session, i) {
   return name ? name : `hand ${i + 1}`;
 }
 
+// s for which an error stays, as in the window (render/overlay/status_text.cc).
+const errorShown = 4;
+
+/// Shows the exercise's present step, score and time, and what was wrong for a while.
+export function showExercise({exercise}) {
+  const panel = find('exercise');
+  panel.hidden = !exercise;
+  if (!exercise) return;
+  const {step, steps, ended, passed} = exercise;
+  const set = (name, text) => {
+    const element = panel.querySelector(name);
+    if (element.textContent !== text) element.textContent = text;
+  };
+  set('.name', exercise.name);
+  set('.instruction', !ended ? `${step + 1}/${steps} ${exercise.instruction}` :
+      passed ? 'Exercise done' : `Time is over: ${step} of ${steps} steps done`);
+  panel.querySelector('progress').value = (ended ? step / Math.max(steps, 1) : exercise.progress) ?? 0;
+  const recent = exercise.last_error && exercise.time - exercise.error_time < errorShown;
+  // A value that is not finite is null in JSON.
+  const fixed = (value, digits) => (value ?? 0).toFixed(digits);
+  set('.error', recent || (ended && exercise.last_error) ?
+      `${exercise.last_error} (at ${fixed(exercise.error_time, 1)} s)` : '');
+  set('.score', fixed(exercise.score, 0));
+  set('.time', `${fixed(exercise.time, 0)} s`);
+  set('.left', `${fixed(exercise.time_left, 0)} s`);
+  set('.errors', count(exercise.errors));
+}
+
 const contactTexts = ['free', 'pressing', 'grasping'];
 
 export function showHands(session) {

@@ -68,7 +68,11 @@ TEST_F(FleetTest, EverySessionHasALineAndRowsEqualToItsOwnReport) {
     const Json& report = alone["report"];
     ExpectRow(row, report,
               {"hands", "attachments", "latencies", "events", "log_health", "skipped",
-               "ticks_per_output"});
+               "ticks_per_output", "goals"});
+    const Json goals = Rows(table_, "SELECT * FROM goals" + where).at(0);
+    for (const char* domain : {"bimanual_dexterity", "tissue_handling"}) {
+      EXPECT_EQ(goals[domain], report["goals"][domain]["rating"]) << name;
+    }
     EXPECT_EQ(row["ticks_skipped"], report["skipped"]["total"]);
     EXPECT_EQ(row["log_sound"], report["log_health"]["sound"].get<bool>() ? 1 : 0);
     EXPECT_EQ(row["torn_bytes"], report["log_health"]["torn_bytes"]);

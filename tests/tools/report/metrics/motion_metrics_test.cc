@@ -130,6 +130,56 @@ TEST(MotionMetrics, AnglesAndInsertionComeFromTheirOwnAxes) {
   EXPECT_FALSE(metrics.smoothness.has_value());
 }
 
+/// Insertions reached one after the other, m, by minimum-jerk movements of 0.4 s; then a rest, s. Beyond
+/// 0.2 m the tip is at tissue.
+struct ShaftMove {
+  double to, rest;
+};
+MotionMetrics AlongTheShaft(const std::vector<ShaftMove>& moves) {
+  double seconds = 1;
+  for (const ShaftMove& move : moves) seconds += 0.4 + move.rest;
+  return MeasureMotion(Segments(seconds, [&moves](double t) {
+    double at = 0.1, begin = 0.5;
+    for (const ShaftMove& move : moves) {
+      at += (move.to - at) * MinimumJerk((t - begin) / 0.4);
+      if (t < begin + 0.4 + move.rest) break;
+      begin += 0.4 + move.rest;
+    }
+    MotionVector series = MotionVector::Zero();
+    series[kMotionInsertion] = at;
+    series[kMotionForce] = at > 0.2 ? 1 : 0;
+    return series;
+  }));
+}
+
+TEST(MotionMetrics, AnOvershootIsAnAdvanceThatIsPartlyTakenBackAtOnce) {
+  const auto counts = [](const std::vector<ShaftMove>& moves) {
+    const MotionMetrics metrics = AlongTheShaft(moves);
+    return std::pair(metrics.advances, metrics.overshoots);
+  };
+  using Counts = std::pair<std::uint64_t, std::uint64_t>;
+  EXPECT_EQ(counts({{0.15, 1}}), Counts(1, 0));
+  EXPECT_EQ(counts({{0.15, 0}, {0.145, 1}}), Counts(1, 1));
+  EXPECT_EQ(counts({{0.15, 0}, {0.145, 1}, {0.1, 1}}), Counts(1, 1)) << "it leaves later";
+  EXPECT_EQ(counts({{0.15, 0}, {0.148, 1}}), Counts(1, 0)) << "2 mm are no correction";
+  EXPECT_EQ(counts({{0.15, 1}, {0.145, 1}}), Counts(1, 0)) << "after a rest";
+  EXPECT_EQ(counts({{0.15, 0}, {0.12, 1}}), Counts(1, 0)) << "more than half: it came back";
+  EXPECT_EQ(counts({{0.15, 0}, {0.126, 1}}), Counts(1, 1)) << "less than half";
+  EXPECT_EQ(counts({{0.109, 0}, {0.105, 1}}), Counts(0, 0)) << "9 mm are no advance";
+  EXPECT_EQ(counts({{0.21, 0}, {0.205, 1}}), Counts(1, 0)) << "a touch";
+  EXPECT_EQ(counts({{0.15, 0}, {0.145, 0}, {0.16, 0}, {0.15, 0.5}, {0.1, 1}, {0.15, 1}}),
+            Counts(3, 1))
+      << "the second is taken back by two thirds";
+}
+
+TEST(MotionMetrics, HandsWorkTogetherWhileOneMovesAndAnotherMovesOrHolds) {
+  const std::vector<HandWork> hands = {{{{0, 4}, {6, 7}}, {{9, 12}}}, {{{3, 5}}, {{6.5, 8}}}, {}};
+  const WorkTimes times = MeasureWork(hands);
+  EXPECT_NEAR(times.any_moves, 6, 1e-12);   // 0 to 5, 6 to 7
+  EXPECT_NEAR(times.together, 1.5, 1e-12);  // 3 to 4, 6.5 to 7; two that only hold do not count
+  EXPECT_EQ(MeasureWork({}).any_moves, 0);
+}
+
 TEST(MotionMetrics, CountsMinimumJerkMovements) {
   constexpr int kCount = 7;
   constexpr double kWay = 0.06, kLength = 0.8;

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <string>
+
 #include "tests/support/made_session.h"
 
 namespace hpdm {
@@ -107,6 +110,53 @@ TEST(ReportJson, AnExerciseIsJudgedByTheLogAsItWasInTheSession) {
   MadeSession without;
   without.Press(33, 1, 1);
   EXPECT_FALSE(ToJson(without.Finish().report).contains("exercise"));
+}
+
+// The teacher's event comes between ticks; the log has it before the steps of its time.
+TEST(ReportJson, ABleedingOfTheTeacherLastsAsLongInTheLogAsInTheSession) {
+  ExerciseOptions exercise;
+  exercise.time_limit = 10;
+  exercise.steps = {{.name = "free", .frees = 0, .freed_area = 1}};
+  exercise.errors = {{.kind = ExerciseErrorKind::kBleeding, .name = "bleeding", .limit = 0.2}};
+  exercise.ducts = {{.name = "duct"}};
+  SpscQueue<LoopEvent> events(8);
+  TelemetryOptions options;
+  options.events = {&events};
+  MadeSession session({"clip applier"}, options, exercise);
+  const auto run = [&session](int steps) {
+    for (int step = 0; step < steps; ++step) {
+      session.Press(33, 0, -1);
+      session.PressStep(0, -1);
+    }
+  };
+  run(5);
+  events.Push(MakeLoopEvent(EventSeverity::kInfo, kBleeding, "a bleeding begins"));
+  run(10);
+  EXPECT_EQ(session.telemetry().BleedingsStopped(), 0);
+  session.Press(33, 0, -1);
+  session.ClipStep();
+  EXPECT_EQ(session.telemetry().BleedingsStopped(), 1);
+  run(3);
+  const ExerciseResult live = session.telemetry().Summary().exercise.value();
+  const SessionReport report = session.Finish().report;
+  const ExerciseResult& read = report.exercise->result;
+  ASSERT_EQ(live.bleedings.size(), 1u);
+  ASSERT_EQ(read.bleedings.size(), 1u);
+  EXPECT_EQ(read.bleedings[0].begin, live.bleedings[0].begin);
+  EXPECT_EQ(read.bleedings[0].end, live.bleedings[0].end);
+  EXPECT_NEAR(live.bleedings[0].end - live.bleedings[0].begin, 11 * 0.033, 0.034);
+  EXPECT_TRUE(read.bleedings[0].stopped);
+  ASSERT_EQ(read.errors.size(), 1u);
+  EXPECT_EQ(read.errors[0].time, live.errors[0].time);
+  EXPECT_EQ(read.score, live.score);
+  const auto json = ToJson(report)["exercise"]["bleedings"];
+  ASSERT_EQ(json.size(), 1u);
+  EXPECT_EQ(json[0]["stopped"], true);
+  EXPECT_EQ(json[0]["lasted_s"], live.bleedings[0].end - live.bleedings[0].begin);
+  const auto named = [&report](const std::string& name) {
+    return std::ranges::count(report.events, name, &SessionEvent::name);
+  };
+  EXPECT_EQ(named("exercise.bleeding_stopped"), 1);
 }
 
 }  // namespace

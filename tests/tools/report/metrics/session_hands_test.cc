@@ -11,6 +11,7 @@
 #include "lcmtypes/wire/codec.h"
 #include "tests/support/made_session.h"
 #include "tools/report/metrics/report_json.h"
+#include "tools/report/metrics/session_comparison.h"
 #include "tools/report/metrics/session_metrics.h"
 
 namespace hpdm {
@@ -33,6 +34,21 @@ TEST(SessionHands, AHandIsLabelledWithAllThatItHeld) {
   EXPECT_EQ(report.hands[0].Label(), "grasper, then hook");
   EXPECT_EQ(report.hands[1].Label(), "hook, then grasper, then blunt");
   EXPECT_EQ(report.hands[1].name, "grasper");
+}
+
+TEST(SessionHands, ALeftHandedSessionIsKnownByItsLogAndNotComparedWithARightHandedOne) {
+  MadeSession left({"grasper", "hook"}, {}, {}, true), right({"grasper", "hook"});
+  for (MadeSession* session : {&left, &right}) session->Press(300, 1, 0);
+  const SessionReport a = left.Finish().report, b = right.Finish().report;
+  EXPECT_TRUE(a.left_handed);
+  EXPECT_FALSE(b.left_handed);
+  EXPECT_EQ(ToJson(a)["left_handed"], true);
+  EXPECT_EQ(a.events[1].text, "grasper and hook have exchanged their ports");
+  const TaskComparison task = CompareTasks(a, b);
+  EXPECT_FALSE(task.MayJudge());
+  ASSERT_EQ(task.warnings.size(), 1u);
+  EXPECT_EQ(task.warnings[0], "left-handed ports; before: right-handed");
+  EXPECT_TRUE(CompareTasks(a, a).MayJudge());
 }
 
 TEST(SessionHands, TheWordingOfEventsDoesNotChangeTheFigures) {

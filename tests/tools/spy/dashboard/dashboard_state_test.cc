@@ -10,6 +10,7 @@
 #include <random>
 
 #include "engine/threads/histogram.h"
+#include "tests/support/made_session.h"
 #include "tests/support/recorded_session.h"
 #include "tests/support/scratch_folder.h"
 #include "tools/shared/base64.h"
@@ -375,6 +376,58 @@ TEST(DashboardState, IsBounded) {
   EXPECT_EQ(update["events"].size(), DashboardState::kMaxEvents);
   EXPECT_EQ(update["mesh_errors"], json({{0, "its mesh is too large to show"}}));
   EXPECT_LT(update.dump().size(), 1'000'000u);
+}
+
+// The telemetry's messages show what it judged.
+TEST(DashboardState, ShowsTheExerciseAsTheSessionJudgedIt) {
+  ExerciseOptions exercise;
+  exercise.name = "touch";
+  exercise.time_limit = 10;
+  exercise.target_time = 5;
+  exercise.steps = {
+      {.name = "press", .instruction = "Press the gallbladder", .touches = ExerciseContact{1, {}}},
+      {.name = "free", .frees = 0, .freed_area = 1}};
+  exercise.errors = {{.name = "too strong", .limit = 3, .points = 7}};
+  MadeSession session({"probe"}, {}, exercise);
+  const auto press = [&](double force, int steps) {
+    for (int step = 0; step < steps; ++step) {
+      session.Press(33, force, force > 0 ? 1 : -1);
+      session.PressStep(force, force > 0 ? 1 : -1);
+    }
+  };
+  press(0, 30);
+  press(4, 2);
+  const ExerciseResult live = session.telemetry().Summary().exercise.value();
+  session.Finish();
+  DashboardState state;
+  DashboardState::Seen seen;
+  LogReader reader(session.log());
+  int messages = 0;
+  json first;
+  for (LogEvent event; reader.Next(&event);) {
+    state.Take(event);
+    if (event.channel != kExerciseChannel) continue;
+    if (++messages == 1) first = Updated(&state, &seen)["exercise"];
+  }
+  EXPECT_EQ(first["step"], 0);
+  EXPECT_EQ(first["instruction"], "Press the gallbladder");
+  EXPECT_EQ(first["last_error"], "");
+  const json shown = Updated(&state, &seen)["exercise"];
+  EXPECT_EQ(shown["name"], "touch");
+  EXPECT_EQ(shown["step"], live.step_times.size());
+  EXPECT_EQ(shown["steps"], 2);
+  EXPECT_EQ(shown["instruction"], "free") << "a step without an instruction has its name";
+  EXPECT_EQ(shown["score"], live.score);
+  EXPECT_EQ(shown["errors"], live.errors.size());
+  EXPECT_EQ(shown["last_error"], "too strong");
+  EXPECT_EQ(shown["error_time"], live.errors.back().time);
+  EXPECT_EQ(shown["ended"], false);
+  // 31 steps of 33 ms without an event: one message in 0.132 s, the fourth step after the last.
+  EXPECT_GE(messages, 8);
+  EXPECT_LE(messages, 12);
+  EXPECT_FALSE(Updated(&state, &seen).contains("exercise")) << "nothing new";
+  state.Interrupt();
+  EXPECT_TRUE(Updated(&state, &seen)["exercise"].is_null());
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include "lcmtypes/wire/logged_surface.h"
 #include "tests/support/browser.h"
 #include "tests/support/dashboard_spy.h"
+#include "tests/support/made_session.h"
 #include "tests/support/network_namespace.h"
 #include "tests/support/shapes.h"
 #include "tools/shared/one_organ.h"
@@ -140,6 +141,58 @@ TEST_F(DashboardTest, ShowsALogAsItIs) {
   for (const std::string& request : browser.Requests()) {
     EXPECT_TRUE(request.starts_with(spy.address())) << request;
   }
+}
+
+TEST_F(DashboardTest, ShowsScoreTimeStepAndErrorsOfAnExercise) {
+  ExerciseOptions exercise;
+  exercise.name = "soft touch";
+  exercise.time_limit = 10;
+  exercise.target_time = 5;
+  exercise.steps = {{.name = "press", .touches = ExerciseContact{1, {}}},
+                    {.name = "free", .instruction = "Free the bed", .frees = 0, .freed_area = 1}};
+  exercise.errors = {{.name = "more than 3 N", .limit = 3, .points = 7}};
+  MadeSession session({"probe"}, {}, exercise);
+  for (int step = 0; step < 8; ++step) {
+    session.Press(33, 4, 1);
+    session.PressStep(4, 1);
+  }
+  const ExerciseResult result = session.telemetry().Summary().exercise.value();
+  session.Finish();
+  Spy spy(session.log());
+  ASSERT_FALSE(spy.address().empty()) << spy.errors();
+  Browser browser;
+  browser.Open(spy.address());
+  ASSERT_TRUE(WaitForState(&browser, "end of the log"));
+  ASSERT_TRUE(browser.WaitFor("!document.getElementById('exercise').hidden"));
+  EXPECT_EQ(browser.Text("#exercise .name"), "soft touch");
+  EXPECT_EQ(browser.Text("#exercise .instruction"), "2/2 Free the bed");
+  EXPECT_EQ(browser.Text("#exercise .error"), "more than 3 N (at 0.0 s)");
+  EXPECT_EQ(browser.Text("#exercise .score"), Text("%.0f", result.score));
+  EXPECT_EQ(browser.Text("#exercise .errors"), "1");
+  EXPECT_EQ(browser.Text("#exercise .left"), "10 s");
+  EXPECT_EQ(browser.Errors(), std::vector<std::string>());
+}
+
+TEST_F(DashboardTest, ASessionWithoutAnExerciseHasNoPanelAndTheColoursAreKept) {
+  Spy spy(TwoHandsLog());
+  ASSERT_FALSE(spy.address().empty()) << spy.errors();
+  Browser browser;
+  browser.Open(spy.address());
+  ASSERT_TRUE(browser.WaitFor("hpdm.session.rows.length > 0"));
+  EXPECT_TRUE(browser.Execute("return document.getElementById('exercise').hidden"));
+  const std::string bad =
+      "return getComputedStyle(document.documentElement).getPropertyValue('--bad')";
+  const json standard = browser.Execute(bad);
+  browser.Click("#palette");
+  const json safe = browser.Execute(bad);
+  EXPECT_NE(safe, standard);
+  EXPECT_EQ(browser.Execute("return document.getElementById('palette').ariaPressed"), "true");
+  browser.Open(spy.address());
+  ASSERT_TRUE(browser.WaitFor("hpdm.session.rows.length > 0"));
+  EXPECT_EQ(browser.Execute(bad), safe) << "kept in the browser";
+  browser.Open(spy.address() + "?palette=standard");
+  ASSERT_TRUE(browser.WaitFor("hpdm.session.rows.length > 0"));
+  EXPECT_EQ(browser.Execute(bad), standard) << "by the address";
 }
 
 TEST_F(DashboardTest, PlaysPausesAndSeeks) {
