@@ -152,7 +152,7 @@ StressCase Buckled() {
 
 StressCase CutUnderTension() {
   return PartCase(
-      "duct_cut_tense", "A stretched duct cut in its middle", {"stretch", "", 0.1, 1, 5},
+      "duct_cut_tense", "A stretched duct cut in its middle", {"stretch", "", 0.1, 1, 3},
       "load that is left after the cut, over that before it: degraded from 10 %, failed from 50 %, "
       "if scissors do not cut it, or if 0.1 mm stay of the organ",
       [](double stretch) {
