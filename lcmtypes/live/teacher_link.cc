@@ -9,7 +9,7 @@
 namespace hpdm {
 namespace {
 
-constexpr char kOption[] = "--teacher";
+constexpr char kTeacherOption[] = "--teacher";
 constexpr std::size_t kMaxTextBytes = 60;
 
 bool IsInPicture(double share) { return share >= 0 && share <= 1; }
@@ -47,9 +47,9 @@ bool ReadRequest(std::span<const std::uint8_t> bytes, TeacherRequest* request) {
 }
 
 TeacherLink::TeacherLink(const std::string& url, SpscQueue<TeacherRequest>* requests)
-    : requests_(*requests), lcm_(ConnectToReceive(url, kOption)) {
+    : requests_(*requests), lcm_(ConnectToReceive(url, kTeacherOption)) {
   if (lcm_->subscribeFunction(kTeacherChannel, HandleReceived, this) == nullptr) {
-    FailToConnect(url, kOption);
+    FailToConnect(url, kTeacherOption);
   }
   receiver_ = std::jthread([this](const std::stop_token& stop) {
     while (!stop.stop_requested()) lcm_->handleTimeout(kReceivePatienceMs);

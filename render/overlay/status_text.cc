@@ -245,7 +245,10 @@ std::vector<StatusMark> MarksOf(const PictureMarks& marks, Nanoseconds now) {
   std::vector<StatusMark> drawn;
   for (int m = 0; m < marks.count; ++m) {
     const PictureMark& mark = marks.marks[static_cast<std::size_t>(m)];
-    StatusMark& one = drawn.emplace_back(StatusMark{mark.kind, mark.x, mark.y});
+    StatusMark& one = drawn.emplace_back();
+    one.kind = mark.kind;
+    one.x = mark.x;
+    one.y = mark.y;
     const std::string text = mark.text.data();
     if (mark.kind == PictureMark::Kind::kPoint) {
       one.radius = kPointRadius;

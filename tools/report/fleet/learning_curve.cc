@@ -130,7 +130,8 @@ std::vector<LearningCurve> LearningCurves(std::span<const Json> lines) {
   }
   std::vector<LearningCurve> curves;
   for (const auto& [task, sessions] : tasks) {
-    LearningCurve curve{.task = task};
+    LearningCurve curve;
+    curve.task = task;
     for (const auto& [key, line] : sessions) {
       curve.starts.push_back(key.first);
       curve.names.push_back(key.second);

@@ -4,7 +4,6 @@
 
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <string>
 
 #include "tests/support/made_session.h"
@@ -37,7 +36,8 @@ SessionReport BestSession() {
   exercise.options.target_time = 60;
   exercise.options.errors = {{.kind = ExerciseErrorKind::kDrop},
                              {.kind = ExerciseErrorKind::kEarlyClip}};
-  exercise.result = {.time = 60, .ended = true, .passed = true};
+  exercise.result.time = 60;
+  exercise.result.ended = exercise.result.passed = true;
   report.exercise = exercise;
   return report;
 }
