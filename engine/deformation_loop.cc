@@ -41,6 +41,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
       joint_relaxation_(organ_contacts_.pairs()),
       layer_actions_(tools),
       duct_actions_(tools),
+      wall_actions_(tools),
       shedding_(SheddableIn(organs), budget) {
   HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
   organs_.reserve(organs.size());
@@ -144,10 +145,13 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.flags = kStepOk;
 
   const ToolState& tools = SanitisedTools(given);
-  sample_.duct_actions = duct_actions_.Apply(&tools_, joint_relaxation_.links());
+  jaw_closings_.Follow(tools);
+  sample_.duct_actions = duct_actions_.Apply(&tools_, jaw_closings_, joint_relaxation_.links());
   ChooseQuality();
   Collide(tools);
-  sample_.layer_work = layer_actions_.Apply(tools, dt, organs_, joint_relaxation_.links());
+  sample_.layer_work =
+      layer_actions_.Apply(tools, jaw_closings_, dt, organs_, joint_relaxation_.links());
+  wall_actions_.Apply(tools, jaw_closings_, dt, sample_.contacts, sample_.layer_work, &organs_);
   AddSmoke(tools);
   Deform(dt);
   BuildContactPatch(tools);
@@ -248,6 +252,7 @@ void DeformationLoop::Deform(double dt) {
   record_.iterations = 0;
   record_.residual = 0;
   for (OrganStep& organ : organs_) {
+    organ.Leak(ToSeconds(record_.time_ns), dt);
     organ.Wake();
     organ.RepositionControlPoints();
   }
@@ -322,6 +327,7 @@ void DeformationLoop::FillSample(const ToolState& tools) {
     }
   }
   FillTensions();
+  FillLumens();
   sample_.tool_count = tools.tool_count;
   sample_.tools = tools.tools;
   for (int t = 0; t < tools.tool_count; ++t) {
@@ -351,6 +357,16 @@ void DeformationLoop::FillTensions() {
     first += tensions.layers();
   }
   sample_.layer_count = static_cast<int>(first);
+}
+
+void DeformationLoop::FillLumens() {
+  std::size_t count = 0;
+  for (const OrganStep& organ : organs_) {
+    for (const LumenOutcome& lumen : organ.state().leaks.outcomes()) {
+      if (count < sample_.lumens.size()) sample_.lumens[count++] = lumen;
+    }
+  }
+  sample_.lumen_count = static_cast<int>(count);
 }
 
 // Adds the organ's offset to a contact.

@@ -17,6 +17,7 @@
 #include "engine/step/organ_contacts.h"
 #include "engine/step/organ_step.h"
 #include "engine/step/tool_tracker.h"
+#include "engine/step/wall_actions.h"
 #include "engine/threads/spsc_queue.h"
 #include "engine/threads/triple_buffer.h"
 
@@ -98,6 +99,7 @@ class DeformationLoop {
   void ObserveLoad();
   void FillSample(const ToolState& tools);
   void FillTensions();
+  void FillLumens();
   SolvedContact InWorld(SolvedContact contact) const;
   void Publish(const ToolState& tools);
   void FillScene(const ToolState& tools, SceneSnapshot* scene) const;
@@ -108,8 +110,10 @@ class DeformationLoop {
   std::vector<ToolTracker> trackers_;  // one per tool
   OrganContacts organ_contacts_;
   JointRelaxation joint_relaxation_;
+  JawClosings jaw_closings_;
   LayerActions layer_actions_;
   DuctActions duct_actions_;
+  WallActions wall_actions_;
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;

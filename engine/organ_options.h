@@ -120,9 +120,12 @@ struct FreeOptions {
 
 /// A fluid that fills closed lumens of an organ and keeps their volume (tissue/lumen.h).
 struct LumenOptions {
-  std::optional<Region> region;  ///< The lumens whose walls lie in it; absent: all.
-  bool filled = true;            ///< false: empty, as without these options.
-  double bulk_modulus = 2.2e9;   ///< Pa, of the filling: water's.
+  std::optional<Region> region;         ///< The lumens whose walls lie in it; absent: all.
+  bool filled = true;                   ///< false: empty, as without these options.
+  double bulk_modulus = 2.2e9;          ///< Pa, of the filling: water's.
+  double pressure = 0;                  ///< Pa, of the filling at rest over the surroundings.
+  double leak_resistance = 4e8;         ///< Pa s/m^3, once it is perforated.
+  std::optional<double> perforated_at;  ///< s: then it begins to leak; absent: not by itself.
 };
 
 /// A thin membrane on an organ's outer surface, such as a capsule or the peritoneum
@@ -241,6 +244,11 @@ inline bool TakesFillingsAndLayers(const OrganOptions& organ) {
 inline constexpr const char* kFillingsAndLayersRemedy =
     "use model = \"hpdm\", type = \"strain\", strain = \"small\" and solver = \"cholesky\" without "
     "cut or adaptive_functions";
+
+/// True if an organ's lumens leak once they are perforated: its tissue does not relax.
+inline bool HasLeakingLumens(const OrganOptions& organ) {
+  return organ.material.prony.count == 0 && !organ.free;
+}
 
 /// Returns the number of cells of the finer splines (LocalFunctionOptions).
 inline double FineCells(const OrganOptions& organ) {

@@ -8,6 +8,7 @@ inline constexpr int kMaxOrgans = 64;
 inline constexpr int kMaxAttachments = 8;
 inline constexpr int kMaxDucts = 8;
 inline constexpr int kMaxLayers = 16;  ///< Of all organs.
+inline constexpr int kMaxLumens = 16;  ///< Filled ones of all organs.
 inline constexpr int kMaxHeld = 8;     ///< Instruments that one hand can take in turn.
 /// Places where one tip can press at once, on different organs or on one.
 inline constexpr int kMaxPlaces = 3;

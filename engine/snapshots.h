@@ -10,6 +10,7 @@
 #include "engine/duct/duct_outcome.h"
 #include "engine/scene_limits.h"
 #include "engine/step/smoke.h"
+#include "engine/tissue/lumen_outcome.h"
 
 /// Values that the threads exchange. The types of this file cross exactly these edges:
 ///
@@ -206,7 +207,10 @@ struct StepSample {
   int layer_count = 0;
   /// Largest tension of each layer of the organs in turn, N/m. Not in the log.
   std::array<double, kMaxLayers> layer_tensions{};
-  int tool_count = 0;                                   ///< 0 before the first tick.
+  int lumen_count = 0;
+  std::array<LumenOutcome, kMaxLumens>
+      lumens{};        ///< Filled ones of the organs in turn. Not in the log.
+  int tool_count = 0;  ///< 0 before the first tick.
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
   std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.

@@ -38,7 +38,7 @@ TABLES = {
                 "force_accuracy": (HANDS, "force_accuracy"), "z_width": (["z-width"], "z_width"),
                 "transparency": (["transparency"], "transparency")},
     "stress": {"stress": (["material", "contact", "motion", "haptics", "touch"], "stress"),
-               "organs": (["organs"], "organs")},
+               "organs": (["organs"], "organs"), "parts": (["parts"], "parts")},
 }
 PLANNED = ("scenes/liver_palpation.toml", "--error", "0.08", "--budget-ms", "1")
 

@@ -182,8 +182,9 @@ void AttachmentJoint::Respond() {
   if (modes_ == 0) return;
   Eigen::MatrixXd lasting;
   for (std::size_t m = 0; m < members_.size(); ++m) {
-    if (organs_[m].body == nullptr) continue;
-    members_[m].shape = shapes_[m];
+    members_[m].free = organs_[m].body != nullptr;
+    if (members_[m].free || organs_[m].leaks) members_[m].shape = shapes_[m];
+    if (!members_[m].free) continue;
     if (organs_[m].weight_W == nullptr || organs_[m].weight_W->size() == 0) continue;
     if (lasting.size() == 0) lasting = G;
     AddFreeMotion(m, &lasting);
@@ -256,7 +257,8 @@ AttachmentJoint::Organ JoinedOrgan(int index, const OrganModel& organ, const Rel
           .compliance = relaxation.compliance(),
           .weight_W = has_place ? &organ.lattice_organ()->weight_W() : nullptr,
           .body = organ.free_body(),
-          .yield = organ.free_body() != nullptr ? YieldOf(organ.options()) : 0};
+          .yield = organ.free_body() != nullptr ? YieldOf(organ.options()) : 0,
+          .leaks = !organ.lattice_organ()->fillings_and_layers().lumens().empty()};
 }
 
 std::vector<std::shared_ptr<const AttachmentJoint>> JoinOrgans(

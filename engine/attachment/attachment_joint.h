@@ -40,7 +40,8 @@ class AttachmentJoint {
     const Points* weight_W = nullptr;
     /// The mass of an organ that moves as a whole; else nullptr.
     const FreeBody* body = nullptr;
-    double yield = 0;  ///< s^2: FreeFlight::Yield() of such an organ.
+    double yield = 0;    ///< s^2: FreeFlight::Yield() of such an organ.
+    bool leaks = false;  ///< It has lumens, whose loss moves it without forces.
   };
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Member {
@@ -48,7 +49,9 @@ class AttachmentJoint {
     RowMatrix response;      ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
     RowMatrix tied;          ///< 3n x 3r: H Phi^T G^-1.
     Eigen::VectorXd offset;  ///< r: the modes that an offset of the organ by 1 m excites.
-    Eigen::MatrixXd shape;   ///< r x n: Phi along one axis, of a free organ; else empty.
+    bool free = false;       ///< It moves as a whole.
+    /// r x n: Phi along one axis, of an organ that is free or leaks; else empty.
+    Eigen::MatrixXd shape;
     Eigen::Index unknowns() const { return response.rows(); }
   };
   struct Layer {

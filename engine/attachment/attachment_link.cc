@@ -122,10 +122,12 @@ Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
          solver.eigenvectors().transpose();
 }
 
-// A free organ moves also without forces.
+// A free or a leaking organ moves also without forces.
 void AttachmentLink::AddFreeDisplacements(std::span<const BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
-    const Points* U = bodies[ToSize(bodies_[m])].body->FreeDisplacements();
+    const BodyInStep& body = bodies[ToSize(bodies_[m])];
+    const Points* U = body.body->FreeDisplacements();
+    if (U == nullptr && !joint().members()[m].free) U = body.input.free;
     if (U == nullptr || HasLetGo(m)) continue;
     const Eigen::MatrixXd& shape = joint().members()[m].shape;
     HPDM_CHECK(shape.cols() <= U->rows());
@@ -145,7 +147,7 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
     const AttachmentJoint::Member& member = joint().members()[m];
     if (member.unknowns() == 0 || (HasLetGo(m) && !HasDucts(m))) continue;
     const BodyInStep& body = bodies[static_cast<std::size_t>(bodies_[m])];
-    HPDM_CHECK(body.input.yield == 1 && body.input.free == nullptr);
+    HPDM_CHECK(body.input.yield == 1);
     const auto weights = body.contacts->Weights();
     const Matrix3d R_FW = body.body->PredictedFrame().linear().transpose();
     for (const ContactSolver::Side& side : solver.sides(bodies_[m])) {
@@ -222,7 +224,14 @@ bool AttachmentLink::Advance(const ContactSolver& solver) {
   if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
   state_.ForcesOf(w_, q_);
   state_.AddConstantForces(q_);
-  return state_.Update(w_) || round_ >= kMaxRounds;
+  return state_.Update(w_) || round_ >= MaxRounds();
+}
+
+int AttachmentLink::MaxRounds() const {
+  for (std::size_t m = 0; m < let_go_.size(); ++m) {
+    if (HasLetGo(m) && HasDucts(m)) return kMaxTiedRounds;
+  }
+  return kMaxRounds;
 }
 
 void AttachmentLink::End(std::span<BodyInStep> bodies) {
@@ -251,7 +260,7 @@ void AttachmentLink::End(std::span<BodyInStep> bodies) {
 // Lets go of free organs that no layer holds any more.
 void AttachmentLink::LetGo(std::span<BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
-    if (joint().members()[m].shape.size() == 0 || HasLetGo(m)) continue;
+    if (!joint().members()[m].free || HasLetGo(m)) continue;
     const auto holds = [&](std::size_t l) {
       const AttachmentJoint::Layer& layer = joint().layers()[l];
       return layer.members[0] == static_cast<int>(m) || layer.members[1] == static_cast<int>(m);
@@ -349,7 +358,7 @@ void AttachmentLink::Follow(std::span<const BodyInStep> bodies) {
 
 void AttachmentLink::Keep() {
   HPDM_CHECK(kept_.has_value());
-  state_.Keep(&kept_->state);
+  kept_->state = state_.solved();
   kept_->w = w_;
   kept_->relief = relief_;
   kept_->let_go = let_go_;

@@ -19,6 +19,8 @@ namespace hpdm {
 class AttachmentLink final : public BodyLink {
  public:
   static constexpr int kMaxRounds = 4;
+  /// The same while ducts hold an organ that has been let go: its motion bends them far in a step.
+  static constexpr int kMaxTiedRounds = 16;
 
   explicit AttachmentLink(std::shared_ptr<const AttachmentJoint> joint);
 
@@ -38,7 +40,7 @@ class AttachmentLink final : public BodyLink {
   Matrix3d ComplianceOf(std::size_t duct, int node);
 
   /// Makes room for Keep(). Set-up only.
-  void MayRepeat() { kept_.emplace(Kept{state_.KeptState(), w_, relief_, let_go_}); }
+  void MayRepeat() { kept_.emplace(Kept{state_.solved(), w_, relief_, let_go_}); }
   /// Keeps the state before a step, only after MayRepeat(), and returns to it: the step's first solution
   /// was rejected, and Begin() follows.
   void Keep();
@@ -74,6 +76,7 @@ class AttachmentLink final : public BodyLink {
   void LetGo(std::span<BodyInStep> bodies);
   void FindRelief(std::size_t member);
   void MoveFrames(std::span<const BodyInStep> bodies);
+  int MaxRounds() const;
   void ForcesOfDucts(std::size_t member, Eigen::VectorXd* q) const;
 
   AttachmentState state_;
@@ -101,7 +104,7 @@ class AttachmentLink final : public BodyLink {
   Eigen::VectorXd relief_;
   Eigen::VectorXd moved_;  // 3n of the largest member with ducts, scratch
   struct Kept {
-    AttachmentState::Kept state;
+    AttachmentState::Solved state;
     Eigen::VectorXd w, relief;
     std::vector<char> let_go;
   };

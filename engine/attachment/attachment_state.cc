@@ -24,15 +24,15 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     count += static_cast<std::size_t>(layer.bed.size());
   }
-  damage_.assign(count, 0);
-  torn_ = burnt_ = cut_ = damage_;
-  spared_.assign(joint_->layers().size(), 0);
-  closed_.assign(count, 0);
+  now_.damage.assign(count, 0);
+  now_.torn = burnt_ = cut_ = now_.damage;
+  now_.spared.assign(joint_->layers().size(), 0);
+  now_.closed.assign(count, 0);
   for (const AttachmentJoint::Duct& duct : joint_->ducts()) {
-    duct_unknowns_ += ducts_.emplace_back(duct.model).unknowns();
+    duct_unknowns_ += now_.ducts.emplace_back(duct.model).unknowns();
   }
-  if (!ducts_.empty()) constant_.setZero(3 * joint_->modes());
-  taken_away_.assign(joint_->layers().size(), 0);
+  if (!now_.ducts.empty()) constant_.setZero(3 * joint_->modes());
+  now_.taken_away.assign(joint_->layers().size(), 0);
   Refactor();
   if (joint_->sag().size() > 0) BearWeight();
 }
@@ -45,7 +45,7 @@ void AttachmentState::BearWeight() {
       3 * (joint_->ducts().empty() ? joint_->modes() : joint_->ducts()[0].first_mode);
   held.topLeftCorner(of_layers, of_layers) += R_.topLeftCorner(of_layers, of_layers);
   const Eigen::VectorXd w = held.ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
-  borne_.resize(static_cast<Eigen::Index>(damage_.size()), 3);
+  borne_.resize(static_cast<Eigen::Index>(now_.damage.size()), 3);
   constant_.setZero(w.size());
   Eigen::Index at = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
@@ -83,7 +83,7 @@ std::size_t AttachmentState::Number(std::size_t layer, int sample) const {
 
 double AttachmentState::Left(std::size_t layer, int sample) const {
   const std::size_t at = Number(layer, sample);
-  return damage_[at] >= 1 ? 0 : 1 - burnt_[at] - cut_[at];
+  return now_.damage[at] >= 1 ? 0 : 1 - burnt_[at] - cut_[at];
 }
 
 double AttachmentState::Remove(std::size_t layer, int sample, double share,
@@ -93,7 +93,7 @@ double AttachmentState::Remove(std::size_t layer, int sample, double share,
   if (!(share > 0) || left == 0) return 0;
   share = std::min(share, left);
   (*by)[at] += share;
-  damage_[at] = share == left ? 1 : DamageWith(torn_[at], burnt_[at] + cut_[at]);
+  now_.damage[at] = share == left ? 1 : DamageWith(now_.torn[at], burnt_[at] + cut_[at]);
   changed_ = true;
   return share;
 }
@@ -104,9 +104,9 @@ bool AttachmentState::IsTorn(std::size_t layer) const {
 }
 
 void AttachmentState::TakeAway(std::size_t layer) {
-  const auto first = static_cast<std::ptrdiff_t>(DamageOf(layer).data() - damage_.data());
-  std::fill_n(closed_.begin() + first, joint_->layers()[layer].bed.size(), 0);
-  taken_away_[layer] = 1;
+  const auto first = static_cast<std::ptrdiff_t>(DamageOf(layer).data() - now_.damage.data());
+  std::fill_n(now_.closed.begin() + first, joint_->layers()[layer].bed.size(), 0);
+  now_.taken_away[layer] = 1;
   changed_ = true;
 }
 
@@ -130,7 +130,7 @@ void AttachmentState::AddLayers() {
     auto sum = factor_.topLeftCorner(s, s);
     sum.setZero();
     for (int i = 0; i < layer.bed.size(); ++i) {
-      const double rest = layer.bed.areas[i] * (1 - damage_[first + ToSize(i)]);
+      const double rest = layer.bed.areas[i] * (1 - now_.damage[first + ToSize(i)]);
       if (rest == 0) continue;
       const auto m = layer.samples.col(i);
       for (Eigen::Index l = 0; l < s; ++l) sum.col(l).tail(s - l) += rest * m[l] * m.tail(s - l);
@@ -144,8 +144,8 @@ void AttachmentState::AddLayers() {
       }
     }
     for (int i = 0; i < layer.bed.size(); ++i) {
-      const double d = damage_[first + ToSize(i)];
-      if (closed_[first + ToSize(i)] == 0 || d == 0) continue;
+      const double d = now_.damage[first + ToSize(i)];
+      if (now_.closed[first + ToSize(i)] == 0 || d == 0) continue;
       const Vector3d n = layer.bed.normals_W.row(i);
       const Matrix3d along = layer.bed.areas[i] * d * layer.bed.law.stiffness * n * n.transpose();
       for (Eigen::Index l = 0; l < s; ++l) {
@@ -156,10 +156,10 @@ void AttachmentState::AddLayers() {
     }
     for (int i = 0; i < layer.bed.size() && borne_.rows() > 0; ++i) {
       const auto sample = static_cast<Eigen::Index>(first) + i;
-      const double d = damage_[ToSize(sample)];
+      const double d = now_.damage[ToSize(sample)];
       if (d == 0) continue;
       Vector3d lost = d * layer.bed.areas[i] * layer.bed.law.stiffness * borne_.row(sample);
-      if (closed_[ToSize(sample)] != 0) {
+      if (now_.closed[ToSize(sample)] != 0) {
         const Vector3d n = layer.bed.normals_W.row(i);
         lost -= n.dot(lost) * n;
       }
@@ -172,10 +172,10 @@ void AttachmentState::AddLayers() {
 }
 
 void AttachmentState::AddDucts() {
-  for (std::size_t d = 0; d < ducts_.size(); ++d) {
-    const Eigen::Index at = 3 * joint_->ducts()[d].first_mode, count = ducts_[d].unknowns();
-    R_.block(at, at, count, count) = ducts_[d].stiffness();
-    constant_.segment(at, count) = ducts_[d].constant();
+  for (std::size_t d = 0; d < now_.ducts.size(); ++d) {
+    const Eigen::Index at = 3 * joint_->ducts()[d].first_mode, count = now_.ducts[d].unknowns();
+    R_.block(at, at, count, count) = now_.ducts[d].stiffness();
+    constant_.segment(at, count) = now_.ducts[d].constant();
   }
 }
 
@@ -193,7 +193,7 @@ void AttachmentState::Factor() {
     }
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(corner);  // in place
     if (factor.info() == Eigen::Success) return;
-    for (DuctState& duct : ducts_) duct.Stabilise();
+    for (DuctState& duct : now_.ducts) duct.Stabilise();
     AddDucts();
   }
 }
@@ -234,7 +234,7 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
   std::size_t at = 0;
   for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
     const AttachmentJoint::Layer& layer = joint_->layers()[l];
-    if (taken_away_[l] != 0) {
+    if (now_.taken_away[l] != 0) {
       at += ToSize(layer.bed.size());
       continue;
     }
@@ -243,21 +243,21 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
       const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);
       const Vector3d normal = layer.bed.normals_W.row(i);
       const double torn = law.Damage(law.Effective(delta, normal));
-      if (torn > torn_[at] && damage_[at] < 1) {
+      if (torn > now_.torn[at] && now_.damage[at] < 1) {
         const double removed = burnt_[at] + cut_[at], damage = DamageWith(torn, removed);
         if (removed > 0) {
-          spared_[l] +=
-              layer.bed.areas[i] * removed * (law.Dissipated(torn) - law.Dissipated(torn_[at]));
+          now_.spared[l] +=
+              layer.bed.areas[i] * removed * (law.Dissipated(torn) - law.Dissipated(now_.torn[at]));
         }
-        settled = settled && damage - damage_[at] <= kSettled;
-        torn_[at] = torn;
-        damage_[at] = damage;
+        settled = settled && damage - now_.damage[at] <= kSettled;
+        now_.torn[at] = torn;
+        now_.damage[at] = damage;
         changed_ = true;
       }
       const char closed = law.Closed(delta, normal) ? 1 : 0;
-      if (closed == closed_[at]) continue;
-      closed_[at] = closed;
-      if (damage_[at] == 0) continue;
+      if (closed == now_.closed[at]) continue;
+      now_.closed[at] = closed;
+      if (now_.damage[at] == 0) continue;
       settled = false;
       changed_ = true;
     }
@@ -267,30 +267,16 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
 
 bool AttachmentState::MoveDucts(const Eigen::VectorXd& w) {
   bool settled = true;
-  for (std::size_t d = 0; d < ducts_.size(); ++d) {
-    DuctState& duct = ducts_[d];
+  for (std::size_t d = 0; d < now_.ducts.size(); ++d) {
+    DuctState& duct = now_.ducts[d];
     settled = duct.Follow(w.segment(3 * joint_->ducts()[d].first_mode, duct.unknowns())) && settled;
     ducts_changed_ = true;
   }
   return settled;
 }
 
-void AttachmentState::Keep(Kept* kept) const {
-  kept->damage = damage_;
-  kept->torn = torn_;
-  kept->spared = spared_;
-  kept->taken_away = taken_away_;
-  kept->closed = closed_;
-  kept->ducts = ducts_;
-}
-
-void AttachmentState::TakeBack(const Kept& kept) {
-  damage_ = kept.damage;
-  torn_ = kept.torn;
-  spared_ = kept.spared;
-  taken_away_ = kept.taken_away;
-  closed_ = kept.closed;
-  ducts_ = kept.ducts;
+void AttachmentState::TakeBack(const Solved& kept) {
+  now_ = kept;
   changed_ = ducts_changed_ = true;
 }
 
@@ -302,19 +288,19 @@ void AttachmentState::Report(const Eigen::VectorXd& w,
     AttachmentOutcome& outcome = outcomes[l];
     outcome = {};
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
-      const double area = layer.bed.areas[i], d = damage_[at], k = layer.bed.law.stiffness;
+      const double area = layer.bed.areas[i], d = now_.damage[at], k = layer.bed.law.stiffness;
       const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);
       const Vector3d n = layer.bed.normals_W.row(i);
       outcome.load_W -= area * (1 - d) * k * delta;
-      if (closed_[at] != 0) outcome.load_W -= area * d * k * n.dot(delta) * n;
+      if (now_.closed[at] != 0) outcome.load_W -= area * d * k * n.dot(delta) * n;
       outcome.largest_damage = std::max(outcome.largest_damage, d);
-      outcome.dissipated += area * layer.bed.law.Dissipated(torn_[at]);
+      outcome.dissipated += area * layer.bed.law.Dissipated(now_.torn[at]);
       if (d < 1) continue;
       outcome.freed_area += area;
       outcome.burnt_area += area * burnt_[at];
       outcome.cut_area += area * cut_[at];
     }
-    outcome.dissipated -= spared_[l];
+    outcome.dissipated -= now_.spared[l];
   }
 }
 

@@ -29,7 +29,7 @@ class AttachmentState {
 
   const AttachmentJoint& joint() const { return *joint_; }
   /// Damage of each sample of the layers in turn.
-  std::span<const double> damage() const { return damage_; }
+  std::span<const double> damage() const { return now_.damage; }
   /// Damage of each sample of one layer.
   std::span<const double> DamageOf(std::size_t layer) const;
   /// Burnt share of each sample of one layer.
@@ -41,11 +41,11 @@ class AttachmentState {
   void TakeAway(std::size_t layer);
 
   /// True for each sample that carries pressure.
-  std::span<const char> closed() const { return closed_; }
+  std::span<const char> closed() const { return now_.closed; }
 
   /// The joint's ducts, in its order.
-  std::span<DuctState> ducts() { return ducts_; }
-  std::span<const DuctState> ducts() const { return ducts_; }
+  std::span<DuctState> ducts() { return now_.ducts; }
+  std::span<const DuctState> ducts() const { return now_.ducts; }
 
   /// Takes the damage and the ducts' tangents into the stiffness R, if they have changed.
   void Refactor();
@@ -88,15 +88,17 @@ class AttachmentState {
   /// Returns the share of a sample's area that still holds; 0 if it has torn.
   double Left(std::size_t layer, int sample) const;
   /// The part of the state that a step's solution changes.
-  struct Kept {
-    std::vector<double> damage, torn, spared;
-    std::vector<char> taken_away, closed;
+  struct Solved {
+    std::vector<double> damage, torn;  // of each sample; torn: share of the damage by the law
+    std::vector<double> spared;  // of each layer, J: what tearing did not dissipate in removed area
+    std::vector<char> taken_away;  // of each layer
+    std::vector<char> closed;      // of each sample: carries pressure
     std::vector<DuctState> ducts;
   };
-  /// Returns it; allocates. Keep() and TakeBack() do not.
-  Kept KeptState() const { return {damage_, torn_, spared_, taken_away_, closed_, ducts_}; }
-  void Keep(Kept* kept) const;
-  void TakeBack(const Kept& kept);
+  /// To keep it allocates at the first time only.
+  const Solved& solved() const { return now_; }
+  /// Returns to a kept one.
+  void TakeBack(const Solved& kept);
   /// The layers' state; their loads at the modes' displacements w with the present R.
   void Report(const Eigen::VectorXd& w, std::span<AttachmentOutcome> outcomes) const;
 
@@ -119,14 +121,9 @@ class AttachmentState {
   }
 
   std::shared_ptr<const AttachmentJoint> joint_;
-  std::vector<double> damage_;
-  std::vector<char> taken_away_;     // of each layer
-  std::vector<double> torn_;         // share of the damage by the law
+  Solved now_;
   std::vector<double> burnt_, cut_;  // shares of the area that instruments removed
-  std::vector<double> spared_;  // of each layer, J: what tearing did not dissipate in removed area
-  std::vector<char> closed_;    // of each sample: carries pressure
   Points borne_;  // of each sample, m: its displacement by the weight; empty: no weight
-  std::vector<DuctState> ducts_;
   Eigen::Index duct_unknowns_ = 0;  // those of the ducts' modes, the last ones
   Eigen::VectorXd constant_;        // 3r, N; empty without a weight and ducts
   bool changed_ = true;             // the layers' part of R_ is to be computed

@@ -15,6 +15,7 @@ constexpr double kSufficient = 1e-4;  // share of the slope by which the energy 
 constexpr double kOfBending = 1e-6, kOfTension = 1e-10;
 // Drag of a part that nothing holds, as a share of EI / L^3 and EI / L.
 constexpr double kDrag = 1e-3;
+constexpr double kLeastStretch = 1e-6;
 
 Matrix3d Cross(const Vector3d& v) {
   Matrix3d m;
@@ -143,15 +144,26 @@ bool Rod::Cut(int node) {
   return true;
 }
 
-Vector3d Rod::Strain(const Station& station, const Vector3d& next_W) const {
-  return station.R_W.transpose() * (next_W - station.x_W) / station.length - Vector3d::UnitZ();
+// d: from node to node, over the length at rest.
+double Rod::StrainEnergy(const Vector3d& d, const Vector3d& r) const {
+  const double stretch = d.norm();
+  return section_.axial / 2 * (stretch - 1) * (stretch - 1) +
+         section_.across * stretch * (stretch - r.dot(d));
+}
+
+// Its derivative by d, N.
+Vector3d Rod::StrainForce(const Vector3d& d, const Vector3d& r) const {
+  const double stretch = std::max(d.norm(), kLeastStretch);
+  const Vector3d u = d / stretch;
+  return section_.axial * (stretch - 1) * u +
+         section_.across * (2 * d - r.dot(d) * u - stretch * r);
 }
 
 Vector3d Rod::ForceIn(int i) const {
   const Station& station = stations_[ToSize(i)];
   if (station.gap) return Vector3d::Zero();
-  const Vector3d stiffness(section_.across, section_.across, section_.axial);
-  return stiffness.cwiseProduct(Strain(station, stations_[ToSize(i) + 1].x_W));
+  const Vector3d d = (stations_[ToSize(i) + 1].x_W - station.x_W) / station.length;
+  return station.R_W.transpose() * StrainForce(d, station.R_W.col(2));
 }
 
 // True if the node ties the segments beside it, or an end's frame and the segment there.
@@ -190,14 +202,13 @@ void Rod::Mark() {
 }
 
 double Rod::Energy() const {
-  const Vector3d stiffness(section_.across, section_.across, section_.axial);
   double energy = 0;
   for (std::size_t i = 0; i < count_; ++i) {
     const Station& station = stations_[i];
     energy -= station.force_W.dot(station.x_W - station.rest_W);
     if (i + 1 < count_ && !station.gap) {
-      const Vector3d strain = Strain(station, stations_[i + 1].x_W);
-      energy += 0.5 * station.length * strain.dot(stiffness.cwiseProduct(strain));
+      const Vector3d d = (stations_[i + 1].x_W - station.x_W) / station.length;
+      energy += station.length * StrainEnergy(d, station.R_W.col(2));
     }
     if (Bends(i)) {
       const Vector3d bend = HalfTangent(Before(i).transpose() * After(i)) - station.rest_bend;
@@ -227,23 +238,25 @@ void Rod::AssembleSegment(std::size_t i, bool geometric) {
   const std::size_t a = 1 + 2 * i, t = a + 1, b = a + 2;
   const double l = station.length;
   const Vector3d d = (stations_[i + 1].x_W - station.x_W) / l;
-  const Matrix3d& R = station.R_W;
-  const Vector3d stiffness(section_.across, section_.across, section_.axial);
-  const Vector3d strain = R.transpose() * d - Vector3d::UnitZ();
-  const Vector3d N = R * stiffness.cwiseProduct(strain);
+  const Vector3d r = station.R_W.col(2);
+  const Vector3d N = StrainForce(d, r);
   gradient_[b] += N;
   gradient_[a] -= N;
   gradient_[t] += l * N.cross(d);
-  // R diag(s, s, e) R^T = s I + (e - s) r r^T
-  const Vector3d r = R.col(2);
-  const Matrix3d C = section_.across * Matrix3d::Identity() +
-                     (section_.axial - section_.across) * r * r.transpose();
-  const Matrix3d D = Cross(d);
-  Matrix3d mixed = C * D;
-  Matrix3d turn = l * D.transpose() * mixed;
+  // Without the forces' own part: s I + (e - s) r r^T, positive definite.
+  const double s = section_.across, e = section_.axial;
+  const Matrix3d I = Matrix3d::Identity();
+  Matrix3d C = s * I + (e - s) * r * r.transpose();
+  Matrix3d mixed = C * Cross(d);
+  Matrix3d turn = l * Cross(d).transpose() * mixed;
   if (geometric) {
-    mixed -= Cross(N);
-    turn += l * ((N * d.transpose() + d * N.transpose()) / 2 - d.dot(N) * Matrix3d::Identity());
+    const double stretch = std::max(d.norm(), kLeastStretch);
+    const Vector3d u = d / stretch;
+    const Matrix3d across = I - u * u.transpose();
+    C = e * (I - across / stretch) +
+        s * (2 * I - u * r.transpose() - r * u.transpose() - r.dot(d) / stretch * across);
+    mixed = s * (stretch * Cross(r) - u * r.cross(d).transpose());
+    turn = s * stretch * l * (r.dot(d) * I - (r * d.transpose() + d * r.transpose()) / 2);
   }
   tangent_.At(a, a) += C / l;
   tangent_.At(b, b) += C / l;

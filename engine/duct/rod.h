@@ -12,9 +12,12 @@ namespace hpdm {
 /// A tube in equilibrium between two frames, exact for large rotations: Simo and Reissner's rod
 /// (doi:10.1016/0045-7825(85)90050-7) on a staggered grid. It has nodes x_i and on each segment a
 /// rotation R_i whose third column is the section's normal. With the lengths l at rest its energy is
-///     E = sum l/2 G^T diag(GA, GA, EA) G + sum l/2 (k - k_0)^T diag(EI, EI, GJ) (k - k_0),
-///     G = R_i^T (x_{i+1} - x_i) / l - e_z,
+///     E = sum l (EA/2 (s - 1)^2 + GA s (s - r . d)) + sum l/2 (k - k_0)^T diag(EI, EI, GJ) (k - k_0),
+///     d = (x_{i+1} - x_i) / l,   s = |d|,   r = R_i e_z,
 ///     k = 2 tan(angle / 2) axis / l    of the rotation from one segment to the next, k_0 at rest.
+/// To first order this is Reissner's GA/2 of the shear and EA/2 of the stretch along r. With these
+/// themselves the sections of a tube tilt once it is stretched by more than GA / (EA - GA), a quarter,
+/// and its force falls; here straight tension is stable.
 /// The frames of the ends hold the first and the last node and, over half a segment, the rotations
 /// there. The shape at rest may be any path.
 ///
@@ -115,7 +118,8 @@ class Rod {
   const Matrix3d& After(std::size_t i) const {
     return i + 1 == count_ ? ends_[1].R_W : stations_[i].R_W;
   }
-  Vector3d Strain(const Station& station, const Vector3d& next_W) const;
+  double StrainEnergy(const Vector3d& d, const Vector3d& r) const;
+  Vector3d StrainForce(const Vector3d& d, const Vector3d& r) const;
   bool Bends(std::size_t i) const;
   Vector3d BendingStiffness(std::size_t i) const;
   void Mark();

@@ -13,6 +13,13 @@ std::shared_ptr<ElasticSupports> SupportsOf(const OrganModel& model, const Relax
                                            rows);
 }
 
+LumenLeaks LeaksOf(const OrganModel& model, const Relaxation& relaxation, Eigen::Index rows) {
+  const LatticeOrgan* organ = model.lattice_organ();
+  if (organ == nullptr || organ->fillings_and_layers().lumens().empty()) return {};
+  return {organ->fillings_and_layers(), organ->lattice(), *relaxation.compliance(), rows,
+          HasLeakingLumens(model.options())};
+}
+
 // Turns p (m) about the mean rest point of a free organ's row.
 Vector3d TurnAboutMean(const OrganModel& model, const Matrix3d& rotation, const Vector3d& p,
                        const Eigen::Ref<const Eigen::RowVectorXd>& row) {
@@ -36,6 +43,7 @@ OrganState::OrganState(const OrganModel& model, int tools, std::function<Nanosec
       relaxation(model.MakeRelaxation(model.RefinementSlots(tools), std::move(clock))),
       memory(model.options().material.prony, static_cast<int>(control_displacements.rows()),
              SupportsOf(model, *relaxation, control_displacements.rows())),
+      leaks(LeaksOf(model, *relaxation, control_displacements.rows())),
       awake(model.options().free.has_value()),
       tips(static_cast<int>(control_displacements.rows())) {
   if (const CoarseSurface* coarse = model.coarse_surface(); coarse != nullptr) {

@@ -13,6 +13,7 @@
 #include "engine/organ.h"
 #include "engine/solver/maxwell_memory.h"
 #include "engine/solver/relaxation.h"
+#include "engine/tissue/lumen_leaks.h"
 
 namespace hpdm {
 
@@ -43,6 +44,7 @@ struct OrganState {
   std::optional<NeighbourhoodSearch> coarse_neighbourhoods;  ///< On OrganModel::coarse_surface().
   Cloned<Relaxation> relaxation;
   MaxwellMemory memory;      ///< Around `relaxation`.
+  LumenLeaks leaks;          ///< What its lumens have lost, and their pressures.
   RelaxationResult relaxed;  ///< Outcome of the last relaxation.
   StepQuality quality;       ///< Set before each step.
 

@@ -106,26 +106,11 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
 
   // The motion over the prediction is that of impulses at the step's start.
   void TakeMoved(Points* U) override {
-    if (tied_) {
-      for (Eigen::Index a = 0; a < V_.rows(); ++a) {
-        V_.row(a) = (U->row(a) - U_free_.row(a)) * predicted_.R_WF;
-      }
-      if (V_.isZero(0)) {
-        motion_ = flown_;
-      } else {
-        TakeMotion(body_->RigidPart(V_));
-      }
-      PlaceDeformed(U);
+    if (held_) {
+      TakeSmallMotion(*U);
+    } else if (tied_ && !before_.held) {  // a step in which links let go ends as it was
+      TakeTiedMotion(U);
     }
-    if (!held_) return;
-    if (!U->allFinite()) {
-      q_ = rate_ = {};
-      return;
-    }
-    const FreeBody::Motion moved = body_->RigidPart(*U);
-    rate_.translation += (moved.translation - q_.translation) / flight_.dt();
-    rate_.rotation += (moved.rotation - q_.rotation) / flight_.dt();
-    q_ = moved;
   }
 
   void Tie() override { tied_ = true; }
@@ -194,6 +179,29 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     X_WF.linear() = motion.R_WF;
     X_WF.translation() = motion.p_W - motion.R_WF * body_->p_centre_W;
     return X_WF;
+  }
+
+  void TakeSmallMotion(const Points& U) {
+    if (!U.allFinite()) {
+      q_ = rate_ = {};
+      return;
+    }
+    const FreeBody::Motion moved = body_->RigidPart(U);
+    rate_.translation += (moved.translation - q_.translation) / flight_.dt();
+    rate_.rotation += (moved.rotation - q_.rotation) / flight_.dt();
+    q_ = moved;
+  }
+
+  void TakeTiedMotion(Points* U) {
+    for (Eigen::Index a = 0; a < V_.rows(); ++a) {
+      V_.row(a) = (U->row(a) - U_free_.row(a)) * predicted_.R_WF;
+    }
+    if (V_.isZero(0)) {
+      motion_ = flown_;
+    } else {
+      TakeMotion(body_->RigidPart(V_));
+    }
+    PlaceDeformed(U);
   }
 
   // Moves the rigid part of the response from the deformation V to the frame.

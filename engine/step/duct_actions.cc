@@ -19,6 +19,7 @@ DuctActions::DuctActions(const std::vector<ToolOptions>& tools) {
 }
 
 std::array<DuctAction, kMaxInstruments> DuctActions::Apply(ToolState* tools,
+                                                           const JawClosings& jaws,
                                                            std::span<AttachmentLink> links) {
   std::array<DuctAction, kMaxInstruments> actions;
   for (int t = 0; t < tools->tool_count; ++t) {
@@ -26,7 +27,6 @@ std::array<DuctAction, kMaxInstruments> DuctActions::Apply(ToolState* tools,
     Tool& tool = tools_[ToSize(t)];
     if (pose.instrument_index != tool.instrument_index) {
       Release(&tool, links);
-      tool.widest = 0;
       tool.instrument_index = pose.instrument_index;
     }
     if (tool.fills_patch) {
@@ -35,11 +35,9 @@ std::array<DuctAction, kMaxInstruments> DuctActions::Apply(ToolState* tools,
       point = {};
     }
     if (tool.held.link >= 0 && pose.jaw > kJawLetsGo) Release(&tool, links);
-    if (pose.jaw >= kJawGrasps) {
-      tool.widest = std::max(tool.widest, pose.jaw);
-    } else if (tool.widest > 0) {
-      if (tool.held.link < 0) actions[ToSize(t)] = Close(pose, &tool, links);
-      tool.widest = 0;
+    const double widest = jaws.ClosingFrom(ToSize(t));
+    if (widest > 0 && tool.held.link < 0) {
+      actions[ToSize(t)] = Close(pose, widest, &tool, links);
     }
     if (tool.held.link >= 0) MoveHeld(pose, &tool, links);
   }
@@ -79,7 +77,9 @@ DuctActions::Place DuctActions::Between(const Isometry3d& X_WT, double reach_x, 
   return nearest;
 }
 
-DuctAction DuctActions::Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) {
+// `widest`: the opening from which the jaws close.
+DuctAction DuctActions::Close(const ToolPose& pose, double widest, Tool* tool,
+                              std::span<AttachmentLink> links) {
   const auto index = ToSize(tool->instrument_index);
   const ToolGeometry& geometry = tool->geometries[index];
   const bool clips = geometry.action == ToolAction::kClip;
@@ -87,8 +87,8 @@ DuctAction DuctActions::Close(const ToolPose& pose, Tool* tool, std::span<Attach
   if (clips && tool->clips[index] == 0) return {};
   const Isometry3d X_WC = pose.X_WT * pose.X_TC;
   const double opening = Grasp::kHalfOpening * geometry.tip_radius;
-  Place place = Between(X_WC, geometry.can_grasp ? opening : 0,
-                        std::tan(tool->widest * geometry.opening), geometry.JawsLength(), links);
+  Place place = Between(X_WC, geometry.can_grasp ? opening : 0, std::tan(widest * geometry.opening),
+                        geometry.JawsLength(), links);
   if (clips) --tool->clips[index];
   if (place.link < 0) {
     DuctAction action;

@@ -6,6 +6,7 @@
 
 #include "engine/attachment/attachment_link.h"
 #include "engine/snapshots.h"
+#include "engine/step/jaw_closings.h"
 #include "engine/step/organ_step.h"
 #include "engine/step/tool_options.h"
 
@@ -30,9 +31,10 @@ class DuctActions {
 
   explicit DuctActions(const std::vector<ToolOptions>& tools);
 
-  /// Applies the tools of a step. The contact point of a held duct is taken out of `tools`. Returns the
-  /// clips and cuts of each tool.
-  std::array<DuctAction, kMaxInstruments> Apply(ToolState* tools, std::span<AttachmentLink> links);
+  /// Applies the tools of a step, whose jaws `jaws` follows. The contact point of a held duct is taken
+  /// out of `tools`. Returns the clips and cuts of each tool.
+  std::array<DuctAction, kMaxInstruments> Apply(ToolState* tools, const JawClosings& jaws,
+                                                std::span<AttachmentLink> links);
   /// Fills the patch of the duct that a tool holds, after the step.
   void FillPatch(int tool, const ToolPose& pose, std::span<AttachmentLink> links,
                  const std::vector<OrganStep>& organs, ToolPatches* patches);
@@ -53,14 +55,14 @@ class DuctActions {
     std::vector<ToolGeometry> geometries;
     std::vector<int> clips;  // left, of each instrument
     int instrument_index = 0;
-    double widest = 0;  // largest jaw since it was last closed; 0: closed
     Place held;
     bool fills_patch = false;
     Vector3d p_T = Vector3d::Zero();     // of the held node as the jaws closed, m
     Vector3d slip_T = Vector3d::Zero();  // m
   };
 
-  DuctAction Close(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links);
+  DuctAction Close(const ToolPose& pose, double widest, Tool* tool,
+                   std::span<AttachmentLink> links);
   static DuctAction MeasureAction(const DuctState& duct, const Place& place, double jaws);
   void MoveHeld(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) const;
   void Release(Tool* tool, std::span<AttachmentLink> links) const;

@@ -28,37 +28,31 @@ constexpr double kOutOfReach = std::numeric_limits<double>::infinity();
 
 LayerActions::LayerActions(const std::vector<ToolOptions>& tools)
     : reached_(kMaxAttachments * AttachmentBed::kMaxSamples) {
-  for (const ToolOptions& tool : tools) tools_.push_back({.geometries = tool.geometries});
+  for (const ToolOptions& tool : tools) geometries_.push_back(tool.geometries);
 }
 
-std::array<LayerWork, kMaxInstruments> LayerActions::Apply(const ToolState& tools, double dt,
+std::array<LayerWork, kMaxInstruments> LayerActions::Apply(const ToolState& tools,
+                                                           const JawClosings& jaws, double dt,
                                                            const std::vector<OrganStep>& organs,
                                                            std::span<AttachmentLink> links) {
   std::array<LayerWork, kMaxInstruments> work;
   for (int t = 0; t < tools.tool_count; ++t) {
     const ToolPose& pose = tools.tools[ToSize(t)];
-    Tool& tool = tools_[ToSize(t)];
-    if (pose.instrument_index != tool.instrument_index) tool.widest = 0;
-    tool.instrument_index = pose.instrument_index;
-    const ToolGeometry& geometry = tool.geometries[ToSize(pose.instrument_index)];
+    const ToolGeometry& geometry = geometries_[ToSize(t)][ToSize(pose.instrument_index)];
     if (IsEnergised(ToSize(t), pose)) {
       const double energy = geometry.power * std::min(dt, kLongestStep);
       work[ToSize(t)].burning = Burn(pose, geometry, energy, organs, links);
     }
-    if (pose.jaw >= kJawGrasps) {
-      tool.widest = std::max(tool.widest, pose.jaw);
-    } else {
-      if (geometry.action == ToolAction::kCut && tool.widest > 0) {
-        work[ToSize(t)].cut_area = Cut(pose, geometry, tool.widest, organs, links);
-      }
-      tool.widest = 0;
+    const double widest = jaws.ClosingFrom(ToSize(t));
+    if (geometry.action == ToolAction::kCut && widest > 0) {
+      work[ToSize(t)].cut_area = Cut(pose, geometry, widest, organs, links);
     }
   }
   return work;
 }
 
 bool LayerActions::IsEnergised(std::size_t tool, const ToolPose& pose) const {
-  const ToolGeometry& geometry = tools_[tool].geometries[ToSize(pose.instrument_index)];
+  const ToolGeometry& geometry = geometries_[tool][ToSize(pose.instrument_index)];
   return geometry.action == ToolAction::kBurn && pose.pedal;
 }
 

@@ -6,6 +6,7 @@
 
 #include "engine/attachment/attachment_link.h"
 #include "engine/snapshots.h"
+#include "engine/step/jaw_closings.h"
 #include "engine/step/organ_step.h"
 #include "engine/step/tool_options.h"
 
@@ -31,19 +32,15 @@ class LayerActions {
 
   explicit LayerActions(const std::vector<ToolOptions>& tools);
 
-  /// Applies the tools of a step, `dt` (s) after the last. Returns the work of each.
-  std::array<LayerWork, kMaxInstruments> Apply(const ToolState& tools, double dt,
-                                               const std::vector<OrganStep>& organs,
+  /// Applies the tools of a step, `dt` (s) after the last, whose jaws `jaws` follows. Returns the work
+  /// of each.
+  std::array<LayerWork, kMaxInstruments> Apply(const ToolState& tools, const JawClosings& jaws,
+                                               double dt, const std::vector<OrganStep>& organs,
                                                std::span<AttachmentLink> links);
   /// True if the tool is a hook whose pedal is pressed.
   bool IsEnergised(std::size_t tool, const ToolPose& pose) const;
 
  private:
-  struct Tool {
-    std::vector<ToolGeometry> geometries;
-    int instrument_index = 0;
-    double widest = 0;  // largest jaw since it was last closed; 0: closed
-  };
   // A sample that an instrument reaches.
   struct Reached {
     AttachmentLink* link = nullptr;
@@ -65,8 +62,8 @@ class LayerActions {
   void Find(const std::vector<OrganStep>& organs, std::span<AttachmentLink> links,
             const Distance& distance_of);
 
-  std::vector<Tool> tools_;
-  std::vector<Reached> reached_;  // of the present tool
+  std::vector<std::vector<ToolGeometry>> geometries_;  // of each tool
+  std::vector<Reached> reached_;                       // of the present tool
 };
 
 }  // namespace hpdm

@@ -85,13 +85,18 @@ void OrganStep::RepositionControlPoints() {
 }
 
 BodyInStep OrganStep::Body() {
-  return {state_.relaxation->body(), &state_.contacts, &state_.control_displacements,
-          inversion_recovery_.input()};
+  return {state_.relaxation->body(), &state_.contacts, &state_.control_displacements, Input()};
+}
+
+RelaxationInput OrganStep::Input() const {
+  RelaxationInput input = inversion_recovery_.input();
+  // A leaking organ is elastic: nothing else moves it without forces.
+  if (const Points* lost = state_.leaks.displacements()) input.free = lost;
+  return input;
 }
 
 RelaxationResult OrganStep::RelaxAlone() {
-  return state_.relaxation->Relax(&state_.contacts, &state_.control_displacements,
-                                  inversion_recovery_.input());
+  return state_.relaxation->Relax(&state_.contacts, &state_.control_displacements, Input());
 }
 
 void OrganStep::EndRelax(const RelaxationResult& result, StepRecord* record) {
@@ -122,7 +127,7 @@ bool OrganStep::IsPressedByOrgans() const {
 bool OrganStep::AtRest() const {
   return state_.contacts.tool_rows() == 0 && !IsPressedByOrgans() &&
          state_.control_displacements.isZero(0) && state_.memory.AtRest() &&
-         state_.relaxation->AtRest() && !inversion_recovery_.inverted();
+         state_.relaxation->AtRest() && !inversion_recovery_.inverted() && !state_.leaks.IsActive();
 }
 
 void OrganStep::RelocateVertices(std::uint64_t step) {
@@ -132,6 +137,7 @@ void OrganStep::RelocateVertices(std::uint64_t step) {
   model_->relocation().Relocate(state_.control_displacements, &state_.vertices);
   model_->AddLocalDisplacements(state_.contacts.refinement, state_.control_displacements,
                                 &state_.vertices);
+  state_.leaks.FindPressures(state_.vertices, state_.relaxation->Rotation());
   state_.tree_fits = false;
   state_.version = step;
 }

@@ -39,8 +39,12 @@ class OrganStep {
   void Begin(Nanoseconds time_ns);
   /// Places the local functions at the tips' rest points `p_rest_W` (m). `step`: its number.
   void Refine(std::span<const Vector3d> p_rest_W, std::uint64_t step);
-  /// Wakes an organ that a tool touches.
-  void Wake() { state_.awake = state_.awake || state_.contacts.tool_rows() > 0; }
+  /// Takes out of the lumens what they lose in a step at `now_s`, `dt` (s) after the last one.
+  void Leak(double now_s, double dt) { state_.leaks.Advance(now_s, dt); }
+  /// Wakes an organ that a tool touches or that leaks.
+  void Wake() {
+    state_.awake = state_.awake || state_.contacts.tool_rows() > 0 || state_.leaks.IsActive();
+  }
 
   /// Stage A (Eq. 26-28): moves the contacts to their targets by the least change of the lattice.
   void RepositionControlPoints();
@@ -73,6 +77,7 @@ class OrganStep {
 
  private:
   bool AtRest() const;
+  RelaxationInput Input() const;
   bool IsPressedByOrgans() const;
 
   const OrganModel* model_;

@@ -33,6 +33,8 @@ class FillingsAndLayers {
                     double longest_side);
 
   const std::vector<Lumen>& lumens() const { return lumens_; }
+  /// Not without lumens or layers.
+  const Points& rest_vertices() const { return rest_->vertices; }
   /// Returns the area of each layer of the options, m^2.
   const std::vector<double>& layer_areas() const { return layer_areas_; }
   const LayerTensions& tensions() const { return tensions_; }

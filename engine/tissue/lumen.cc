@@ -86,8 +86,14 @@ bool RegionHolds(const std::optional<Region>& region, const Box& bounds, const S
   RefuseLumen(organ, number, text);
 }
 
-Lumen LumenOf(const SurfaceMesh& rest, const WallPart& part, double bulk_modulus) {
-  Lumen lumen{.volume = -part.volume, .bulk_modulus = bulk_modulus, .vertices = {}, .areas_W = {}};
+Lumen LumenOf(const SurfaceMesh& rest, const WallPart& part, const LumenOptions& options) {
+  Lumen lumen{.volume = -part.volume,
+              .bulk_modulus = options.bulk_modulus,
+              .pressure = options.pressure,
+              .leak_resistance = options.leak_resistance,
+              .perforated_at = options.perforated_at,
+              .vertices = {},
+              .areas_W = {}};
   for (const int t : part.triangles) {
     for (int c = 0; c < 3; ++c) lumen.vertices.push_back(rest.triangles(t, c));
   }
@@ -136,7 +142,7 @@ std::vector<Lumen> FilledLumens(const SurfaceMesh& rest, const OrganOptions& org
   std::vector<Lumen> lumens;
   for (std::size_t p = 0; p < parts.size(); ++p) {
     if (filling[p] == nullptr || !filling[p]->filled) continue;
-    lumens.push_back(LumenOf(rest, parts[p], filling[p]->bulk_modulus));
+    lumens.push_back(LumenOf(rest, parts[p], *filling[p]));
   }
   return lumens;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -10,9 +11,12 @@ namespace hpdm {
 
 /// A closed cavity inside an organ's tissue that a fluid fills.
 struct Lumen {
-  double volume = 0;          ///< m^3.
-  double bulk_modulus = 0;    ///< Pa, of the fluid.
-  std::vector<int> vertices;  ///< Of its wall.
+  double volume = 0;                    ///< m^3.
+  double bulk_modulus = 0;              ///< Pa, of the fluid.
+  double pressure = 0;                  ///< Pa, at rest over the surroundings.
+  double leak_resistance = 0;           ///< Pa s/m^3, once it is perforated.
+  std::optional<double> perforated_at;  ///< s.
+  std::vector<int> vertices;            ///< Of its wall.
   /// One row a vertex, m^2: the share of the wall's area, along its normal into the tissue. So the
   /// volume grows by the sum of areas_W . u for small displacements u of the vertices.
   Points areas_W;

@@ -29,6 +29,7 @@ EventReporter::EventReporter(const SessionInfo& info, Sink sink, Tell tell)
       held_(info.held),
       attachments_(info.attachments),
       layers_(info.layers),
+      lumens_(info.lumens),
       ducts_(info.ducts),
       left_handed_(info.left_handed) {
   for (const OrganDescription& organ : info.organs) organs_.push_back(organ.name);
@@ -124,6 +125,7 @@ void EventReporter::Add(const StepSample& sample) {
   AddOrgans(sample);
   AddAttachments(sample);
   AddLayers(sample);
+  AddLumens(sample);
   AddDucts(sample);
   AddShedding(sample.step.shed_level);
 }
@@ -165,6 +167,15 @@ void EventReporter::AddAttachments(const StepSample& sample) {
     if (last.freed_area < whole && now.freed_area >= whole) {
       sink_(EventSeverity::kInfo, "attachment.torn", layer + " is torn through");
     }
+  }
+}
+
+void EventReporter::AddLumens(const StepSample& sample) {
+  const auto count = std::min(lumens_.size(), ToSize(sample.lumen_count));
+  for (std::size_t l = 0; l < count; ++l) {
+    if (!sample.lumens[l].perforated) continue;
+    AddOnce(&perforated_[l], EventSeverity::kWarning, "lumen.perforated",
+            lumens_[l] + " is perforated and leaks");
   }
 }
 

@@ -65,6 +65,7 @@ class EventReporter {
   void AddOrgans(const StepSample& sample);
   void AddAttachments(const StepSample& sample);
   void AddLayers(const StepSample& sample);
+  void AddLumens(const StepSample& sample);
   void AddDucts(const StepSample& sample);
   void AddShedding(int level);
   void AddOnce(bool* reported, EventSeverity severity, const char* name, const std::string& text);
@@ -83,6 +84,7 @@ class EventReporter {
   std::vector<std::string> organs_;
   std::vector<AttachmentDescription> attachments_;
   std::vector<LayerDescription> layers_;
+  std::vector<std::string> lumens_;
   std::vector<std::string> ducts_;
   bool left_handed_ = false;
 
@@ -95,6 +97,7 @@ class EventReporter {
   std::array<Nanoseconds, kMaxOrgans> organ_unsound_last_{};  // session time of the last such step
   std::array<AttachmentOutcome, kMaxAttachments> outcomes_;   // of the last step
   std::array<bool, kMaxLayers> layer_overloaded_{};
+  std::array<bool, kMaxLumens> perforated_{};
   std::array<DuctOutcome, kMaxDucts> duct_outcomes_{};    // of the last step
   std::size_t exercise_steps_ = 0, exercise_errors_ = 0;  // reported so far
   int bleedings_stopped_ = 0;                             // the same

@@ -31,6 +31,7 @@ struct SessionInfo {
   std::vector<OrganDescription> organs;
   std::vector<AttachmentDescription> attachments;
   std::vector<LayerDescription> layers;  ///< Of the organs in turn.
+  std::vector<std::string> lumens;       ///< Names of the filled ones of the organs in turn.
   std::vector<std::string> ducts;        ///< Names.
   std::optional<ExerciseOptions> exercise;
   bool left_handed = false;  ///< The first two instruments have exchanged their ports.

@@ -45,8 +45,9 @@ inline constexpr std::string_view kPronyKeys[] = {"share", "time"};
 inline constexpr std::string_view kRegionKeys[] = {"box", "box_fraction", "sphere", "young"};
 inline constexpr std::string_view kSupportKeys[] = {"box",   "box_fraction", "sphere",
                                                     "fixed", "stiffness",    "viscoelastic"};
-inline constexpr std::string_view kLumenKeys[] = {"box", "box_fraction", "sphere", "filled",
-                                                  "bulk_modulus"};
+inline constexpr std::string_view kLumenKeys[] = {
+    "box",          "box_fraction", "sphere",          "filled",
+    "bulk_modulus", "pressure",     "leak_resistance", "perforated_at"};
 inline constexpr std::string_view kLayerKeys[] = {"box",       "box_fraction", "sphere",
                                                   "stiffness", "poisson",      "strength"};
 inline constexpr std::string_view kFreeKeys[] = {"drag"};

@@ -12,6 +12,13 @@ std::vector<LumenOptions> ReadLumens(const TableReader& organ) {
     lumen.region = ReadRegion(table);
     table.ReadBoolean("filled", &lumen.filled);
     table.ReadNumber("bulk_modulus", Interval::Positive(1e12, "Pa"), &lumen.bulk_modulus);
+    table.ReadNumber("pressure", {.min = 0, .max = 1e5, .unit = "Pa"}, &lumen.pressure);
+    table.ReadNumber("leak_resistance", Interval::Positive(1e15, "Pa s/m^3"),
+                     &lumen.leak_resistance);
+    double perforated_at = 0;
+    if (table.ReadNumber("perforated_at", {.min = 0, .max = 36000, .unit = "s"}, &perforated_at)) {
+      lumen.perforated_at = perforated_at;
+    }
   }
   return lumens;
 }

@@ -45,16 +45,18 @@ class RemovalSurgeon : public ScriptedHands {
     ScriptedHands::Lift(length);
     Step(20);
   }
-  /// Burns a layer until a step of the exercise is done, from its border.
+  /// Burns a layer until a step of the exercise is done, from its border, and returns to it through the gap.
   void Burn(Layer layer) {
     const std::size_t before = done();
     bool approached = false;
+    Vector3d border_W = tips_W_[kRight];
     for (int i = 0; i < 3000 && done() == before && !result().ended; ++i) {
       const Vector3d to_W = NextSample(layer);
       if (to_W.x() == kNoSample) break;
       if (!approached) {
         Approach(to_W);
         approached = true;
+        border_W = to_W;
       }
       if ((to_W - tips_W_[kRight]).norm() > 0.0012) {
         session_.Press(kRight, false);
@@ -65,6 +67,7 @@ class RemovalSurgeon : public ScriptedHands {
     }
     session_.Press(kRight, false);
     Step();
+    if (layer != kTriangle) Move(kRight, border_W, 0.06);
   }
 
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
@@ -156,6 +159,7 @@ class RemovalSurgeon : public ScriptedHands {
 
  private:
   static constexpr double kNoSample = 1, kOffLiver = 0.0015;  // m
+  static constexpr double kNear = 0.3;  // of the way to the port: what is near to the hook comes first
 
   static int SegmentAt(const Rod& rod, double arc) {
     int i = 0;
@@ -182,8 +186,8 @@ class RemovalSurgeon : public ScriptedHands {
     Move(kRight, to_W + 0.03 * back_W, 0.2);
     Move(kRight, to_W, 0.08);
   }
-  // Returns the place of the sample left that is nearest to the right hand's port; in the triangle that
-  // which is farthest, so that the hook is on its way out.
+  // Returns the place of the sample left that is nearest to the hook and its port; in the triangle that
+  // which is farthest from the port, so that the hook is on its way out.
   Vector3d NextSample(Layer wanted) const {
     Vector3d next_W = Vector3d::Constant(kNoSample);
     double least = std::numeric_limits<double>::infinity();
@@ -204,7 +208,7 @@ class RemovalSurgeon : public ScriptedHands {
           const Vector3d fibre_W = ends_W[0] - ends_W[1];
           const Vector3d place_W = ends_W[1] + std::min(0.5, kOffLiver / fibre_W.norm()) * fibre_W;
           const double way = (place_W - Kinematics(kRight).p_trocar_W()).norm();
-          const double rank = wanted == kTriangle ? -way : way;
+          const double rank = wanted == kTriangle ? -way : way + kNear * (place_W - tips_W_[kRight]).norm();
           if (rank >= least) continue;
           least = rank;
           next_W = place_W;

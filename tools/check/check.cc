@@ -76,8 +76,9 @@ Json CutFacts(const CutSurface& cut) {
 void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
   const FillingsAndLayers& surface = organ.lattice_organ()->fillings_and_layers();
   for (const Lumen& lumen : surface.lumens()) {
-    (*facts)["lumens"].push_back(
-        {{"volume_m3", lumen.volume}, {"bulk_modulus_Pa", lumen.bulk_modulus}});
+    (*facts)["lumens"].push_back({{"volume_m3", lumen.volume},
+                                  {"bulk_modulus_Pa", lumen.bulk_modulus},
+                                  {"pressure_Pa", lumen.pressure}});
   }
   for (std::size_t l = 0; l < surface.layer_areas().size(); ++l) {
     const LayerOptions& layer = organ.options().layers[l];
@@ -245,7 +246,8 @@ void PrintOrgan(const Json& organ) {
                 organ["prony"].size(), organ["prony"].size() == 1 ? "" : "s");
   }
   for (const Json& lumen : organ.value("lumens", Json::array())) {
-    std::printf("  a filled lumen of %.2f ml\n", 1e6 * lumen["volume_m3"].get<double>());
+    std::printf("  a filled lumen of %.2f ml at %.3g Pa\n", 1e6 * lumen["volume_m3"].get<double>(),
+                lumen["pressure_Pa"].get<double>());
   }
   for (const Json& layer : organ.value("layers", Json::array())) {
     std::printf("  a layer of %.1f cm^2, %.3g N/m\n", 1e4 * layer["area_m2"].get<double>(),

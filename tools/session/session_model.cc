@@ -378,6 +378,13 @@ SessionInfo SessionModel::Info() const {
       info.layers.push_back({"layer[" + std::to_string(l) + "] of " + organ.options().name,
                              layers[l].strength.value_or(0)});
     }
+    if (organ.lattice_organ() != nullptr) {
+      const std::size_t lumens = organ.lattice_organ()->fillings_and_layers().lumens().size();
+      for (std::size_t l = 0; l < lumens; ++l) {
+        info.lumens.push_back("the lumen of " + organ.options().name +
+                              (lumens > 1 ? " number " + std::to_string(l) : ""));
+      }
+    }
     info.organs.push_back(
         {organ.options().name, organ.rest().vertices, organ.rest().triangles, std::nullopt});
     if (organ.lattice_organ() == nullptr || organ.HasSplitFunctions()) continue;

@@ -44,7 +44,7 @@ std::vector<StressCase> AllCases(const StressOptions& options) {
   std::vector<StressCase> all;
   for (std::vector<StressCase> group :
        {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick),
-        TouchStress(quick, options.random_seconds), OrganStress(quick)}) {
+        TouchStress(quick, options.random_seconds), OrganStress(quick), PartStress(quick)}) {
     std::move(group.begin(), group.end(), std::back_inserter(all));
   }
   return all;

@@ -67,7 +67,8 @@ struct StressParameter {
 
 struct StressCase {
   std::string name;   ///< Stable: "grasp_through_itself".
-  std::string group;  ///< "material", "contact", "motion", "haptics", "touch" or "organs".
+  std::string group;  ///< "material", "contact", "motion", "haptics", "touch", "organs" or
+                      ///< "parts".
   std::string title;  ///< One line: the body and its treatment.
   std::string
       truth;  ///< Reference of the error, and the limits from which it counts as degraded and

@@ -15,5 +15,6 @@ std::vector<StressCase> HapticStress(bool quick);    ///< Tip, tick and device.
 /// Energy and stillness of a touch. `random_seconds`: of the random motion.
 std::vector<StressCase> TouchStress(bool quick, double random_seconds = 20);
 std::vector<StressCase> OrganStress(bool quick);  ///< Organs on each other, and the shaft.
+std::vector<StressCase> PartStress(bool quick);   ///< Attachments, ducts, layers, lumens.
 
 }  // namespace hpdm

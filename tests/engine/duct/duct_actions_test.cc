@@ -137,7 +137,8 @@ TEST(DuctActions, TheHandFeelsTheDuctAndTheOrgansThatHoldIt) {
     const Vector3d place(0, 0.004, 0);
     blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place), 8);
     const ToolPatch before = blocks.bench.patch.Front().tools[0].main();
-    for (const Vector3d& way : {Vector3d(1e-5, 0, 0), Vector3d(0, 1e-5, 0), Vector3d(0, 0, 1e-5)}) {
+    // The stretched duct stiffens along the way: over 10 um by 2 %.
+    for (const Vector3d& way : {Vector3d(5e-6, 0, 0), Vector3d(0, 5e-6, 0), Vector3d(0, 0, 5e-6)}) {
       blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, place + way), 8);
       const Vector3d force_W = blocks.bench.patch.Front().tools[0].main().force_on_tissue_W;
       const Vector3d moved = before.compliance_W * (force_W - before.force_on_tissue_W);

@@ -132,11 +132,16 @@ Vector3d Centre(const OrganBench& bench) {
 }
 
 // Burns the whole bed by the first tool, or by the second one while the first stays. The hook then goes
-// upwards out of the gap.
-void BurnBed(const BlockOnDucts& block, OrganBench* bench, const ToolPose* first = nullptr) {
+// upwards out of the gap. `way`: takes how far the step that lets go moves the organ, m.
+void BurnBed(const BlockOnDucts& block, OrganBench* bench, const ToolPose* first = nullptr,
+             double* way = nullptr) {
   const auto step = [&](double y, double z) {
+    const bool was_free = IsFree(*bench);
+    const Points before = way == nullptr ? Points() : bench->organ(1).vertices;
     bench->Step(first == nullptr ? std::array{block.Hook(y, z), None()}
                                  : std::array{*first, block.Hook(y, z, 1)});
+    if (way == nullptr || was_free || !IsFree(*bench)) return;
+    *way = (bench->organ(1).vertices - before).rowwise().norm().maxCoeff();
   };
   const double apart = 0.002 / block.scale;  // heat reaches a millimetre at any scale
   for (double y = -0.0145; y < 0.015; y += apart) {
@@ -278,7 +283,10 @@ TEST(FreeOrganOnDuct, HangsOnJawsThatHoldItsStump) {
     ASSERT_EQ(DuctOf(bench, d).Outcome().cuts, 1);
   }
   EXPECT_FALSE(IsFree(bench));
-  BurnBed(block, &bench, &jaws);
+  double way = 0;
+  BurnBed(block, &bench, &jaws, &way);
+  EXPECT_GT(way, 0);
+  EXPECT_LT(way, 0.06) << "it swings, but is not thrown back to where it lay";
   for (int k = 0; k < 300; ++k) bench.Step(std::array{jaws, None(1)});
   EXPECT_TRUE(IsFree(bench));
   const Vector3d force_W = bench.patch.Front().tools[0].main().force_on_tissue_W;

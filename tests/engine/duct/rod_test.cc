@@ -73,6 +73,26 @@ TEST_P(Tubes, StretchAsEA) {
   EXPECT_NEAR(rod.ForceIn(tube.segments / 2).z(), force, 1e-6 * force);
 }
 
+// Reissner's energy in G itself has a lower state with tilted sections beyond a stretch of a quarter.
+TEST_P(Tubes, StayStraightHoweverFarTheyAreStretched) {
+  const Tube& tube = GetParam();
+  for (const double stretch : {0.3, 1.0, 6.0}) {
+    Rod rod = tube.Straight();
+    std::array<Rod::Frame, 2> ends = rod.rest_ends();
+    const double nudge = 1e-3 * tube.section().bending / (tube.length * tube.length);
+    rod.SetForce(tube.segments / 3, tube.World(Vector3d(0, nudge, 0)));
+    for (int step = 1; step <= 10; ++step) {
+      ends[1].p_W =
+          rod.rest_ends()[1].p_W + tube.World(Vector3d(0.1 * step * stretch * tube.length, 0, 0));
+      ASSERT_TRUE(rod.Settle(ends).converged) << stretch;
+    }
+    const double tension = tube.section().axial * stretch;
+    for (int i = 0; i < tube.segments; ++i) {
+      ASSERT_NEAR(rod.ForceIn(i).z(), tension, 1e-3 * tension) << stretch << ' ' << i;
+    }
+  }
+}
+
 // F L^3 / (3 EI) of a slender beam, and F L / (kappa GA).
 TEST_P(Tubes, BendAsEI) {
   const Tube& tube = GetParam();

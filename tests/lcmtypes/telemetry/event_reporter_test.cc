@@ -22,6 +22,7 @@ struct ReporterBench {
     info.held = {{"left"}, {"right", "hook", "scissors"}};
     info.attachments = {{"gallbladder and liver", kBedArea}};
     info.layers = {{"layer[0] of liver", 300}, {"layer[1] of liver", 0}};
+    info.lumens = {"the lumen of gallbladder"};
     info.ducts = {"cystic duct"};
     return info;
   }
@@ -199,6 +200,19 @@ TEST(EventReporter, ALayerBeyondItsStrengthIsAnEventUntilItIsUnloaded) {
   EXPECT_EQ(bench.Names(), (Names{"layer.overloaded", "layer.overloaded"}));
   EXPECT_EQ(bench.events[0].text,
             "layer[0] of liver bears 310 N/m, beyond its strength of 300 N/m");
+}
+
+TEST(EventReporter, ALumenIsPerforatedOnce) {
+  ReporterBench bench;
+  for (std::uint64_t number = 1; number < 9; ++number) {
+    StepSample sample = Step(number);
+    sample.lumen_count = 1;
+    sample.lumens[0].perforated = number >= 4;
+    bench.reporter.Add(sample);
+    EXPECT_EQ(bench.events.size(), number < 4 ? 0u : 1u) << number;
+  }
+  EXPECT_EQ(bench.Names(), (Names{"lumen.perforated"}));
+  EXPECT_EQ(bench.events[0].text, "the lumen of gallbladder is perforated and leaks");
 }
 
 TEST(EventReporter, EachClipAndEachCutOfADuctIsAnEvent) {

@@ -35,7 +35,9 @@ std::string Dump(const Scene& scene) {
       out << term.share << ' ' << term.time << '\n';
     }
     for (const LumenOptions& lumen : o.lumens) {
-      out << lumen.region.has_value() << lumen.filled << ' ' << lumen.bulk_modulus << '\n';
+      out << lumen.region.has_value() << lumen.filled << ' ' << lumen.bulk_modulus << ' '
+          << lumen.pressure << ' ' << lumen.leak_resistance << ' '
+          << lumen.perforated_at.value_or(-1) << '\n';
     }
     for (const LayerOptions& layer : o.layers) {
       out << layer.region.has_value() << ' ' << layer.stiffness << ' ' << layer.poisson << ' '

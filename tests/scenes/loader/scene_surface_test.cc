@@ -8,15 +8,31 @@ namespace {
 TEST_F(SceneTest, ALumenHasTheValuesOfItsKeys) {
   const Scene scene = Load(kOrgan +
                            "[[organ.lumen]]\n[[organ.lumen]]\nsphere={centre=[1,2,3],radius=0.25}\n"
-                           "filled=false\nbulk_modulus=1e5\n");
+                           "filled=false\nbulk_modulus=1e5\npressure=900\n"
+                           "leak_resistance=3e7\nperforated_at=12\n");
   ASSERT_EQ(scene.organs[0].lumens.size(), 2);
   const LumenOptions &plain = scene.organs[0].lumens[0], &given = scene.organs[0].lumens[1];
   EXPECT_FALSE(plain.region);
   EXPECT_TRUE(plain.filled);
   EXPECT_EQ(plain.bulk_modulus, 2.2e9);
+  EXPECT_EQ(plain.pressure, 0);
+  EXPECT_EQ(plain.leak_resistance, 4e8);
+  EXPECT_FALSE(plain.perforated_at);
   EXPECT_EQ(std::get<Sphere>(given.region.value()).centre, Vector3d(1, 2, 3));
   EXPECT_FALSE(given.filled);
   EXPECT_EQ(given.bulk_modulus, 1e5);
+  EXPECT_EQ(given.pressure, 900);
+  EXPECT_EQ(given.leak_resistance, 3e7);
+  EXPECT_EQ(given.perforated_at, 12);
+}
+
+TEST_F(SceneTest, ViscoelasticTissueIsNotPerforated) {
+  EXPECT_TRUE(Contains(ErrorOf([&] {
+                         Load(kOrgan +
+                              "material={prony=[{share=0.3,time=1}]}\n"
+                              "[[organ.lumen]]\nperforated_at=1\n");
+                       }),
+                       "has perforated_at in viscoelastic tissue"));
 }
 
 TEST_F(SceneTest, ALayerHasTheValuesOfItsKeys) {

@@ -125,7 +125,7 @@ TEST(StressCases, HaveNamesOfTheirOwnAndAParameterThatGrowsHarder) {
   for (const bool quick : {true, false}) {
     for (const std::vector<StressCase>& group :
          {MaterialStress(quick), ContactStress(quick), MotionStress(quick), HapticStress(quick),
-          TouchStress(quick), OrganStress(quick)}) {
+          TouchStress(quick), OrganStress(quick), PartStress(quick)}) {
       for (const StressCase& each : group) {
         EXPECT_EQ(names.insert(each.name + (quick ? " quick" : "")).second, true) << each.name;
         EXPECT_FALSE(each.models.empty()) << each.name;
