@@ -58,8 +58,12 @@ TEST(LearningCurves, ATasksSessionsAreInTheOrderOfTheirStarts) {
   EXPECT_EQ(touch.series[0].key, "score");
   EXPECT_EQ(touch.series[0].values, (Values{10, 60, 70}));
   for (const LearningSeries& series : touch.series) {
-    if (series.key == "path_length") EXPECT_EQ(series.values[0], 1.5) << "of both hands";
-    if (series.key == "peak_force") EXPECT_EQ(series.values[0], 3.0) << "the larger";
+    if (series.key == "path_length") {
+      EXPECT_EQ(series.values[0], 1.5) << "of both hands";
+    }
+    if (series.key == "peak_force") {
+      EXPECT_EQ(series.values[0], 3.0) << "the larger";
+    }
     EXPECT_NE(series.key, "efficiency") << "these sessions have none";
   }
 }

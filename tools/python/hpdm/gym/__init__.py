@@ -12,8 +12,8 @@ terminated, truncated, info). The tests check this contract; gymnasium's own che
 from .env import Env
 from .spaces import Box, Dict
 from .task import Task
-from .tasks import (TASKS, BedDissection, ClipAndCut, Exercise, GraspLiftTouch, PalpateNodule,
-                    Reach, TissueRetraction, TwoHandManipulation)
+from .tasks import (TASKS, BedDissection, Exercise, GraspLiftTouch, PalpateNodule, Reach,
+                    TissueRetraction, TwoHandManipulation)
 from .vector import VectorEnv
 
 
@@ -24,5 +24,5 @@ def make(task, **options):
     return Env(TASKS[task], **options)
 
 
-__all__ = ["BedDissection", "Box", "ClipAndCut", "Dict", "Env", "Exercise", "GraspLiftTouch", "PalpateNodule",
+__all__ = ["BedDissection", "Box", "Dict", "Env", "Exercise", "GraspLiftTouch", "PalpateNodule",
            "Reach", "TASKS", "Task", "TissueRetraction", "TwoHandManipulation", "VectorEnv", "make"]

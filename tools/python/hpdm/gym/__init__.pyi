@@ -80,9 +80,6 @@ class Exercise(Task): ...
 
 class BedDissection(Exercise): ...
 
-class ClipAndCut(Exercise):
-    ROLL: ClassVar[float]  # rad a step
-
 TASKS: dict[str, type[Task]]
 
 class Env:

@@ -44,11 +44,6 @@ class Slot:
         index = () if self._index is None else (self._index,)
         self._source.press(*index, instrument, pressed)
 
-    def exchange(self, instrument, held):
-        """Gives a hand its instrument number `held` once its tip is free."""
-        index = () if self._index is None else (self._index,)
-        self._source.exchange(*index, instrument, held)
-
     def load(self, state):
         """Continues from a state."""
         if self._index is None:

@@ -245,37 +245,5 @@ class BedDissection(Exercise):
     limit = 9000  # the scene's 300 s
 
 
-class ClipAndCut(Exercise):
-    """Put two clips on the cystic duct and cut it between them.
-
-    An action has a fifth and a sixth number for each hand: its roll, 0.1 rad a step at 1, and for the
-    right hand the instrument: above 0 it takes the scissors, else the clip applier, as soon as its tip is
-    free. The state also has the hands' rolls (rad) and which instrument was asked for.
-    """
-
-    SCENE = "clip_and_cut.toml"
-    organ = "gallbladder"
-    hands = ("grasper", "clip applier")
-    limit = 5400  # the scene's 180 s
-    ACTIONS = 6
-    ROLL = 0.1    # rad a step
-
-    def begin_episode(self, rng, options):
-        self._wanted = 0
-        self.slot.exchange("clip applier", 0)
-        return super().begin_episode(rng, options)
-
-    def act_more(self, instrument, values):
-        self.slot.commands[instrument, 3] += self.ROLL * values[0]
-        if instrument != self.index[1]:
-            return
-        self._wanted = int(values[1] > 0)
-        self.slot.exchange("clip applier", self._wanted)
-
-    def extra_state(self):
-        rolls = [float(self.slot.commands[i, 3]) for i in self.index]
-        return [*super().extra_state(), *rolls, float(self._wanted)]
-
-
 TASKS = {task.__name__: task for task in (Reach, PalpateNodule, TissueRetraction, GraspLiftTouch,
-                                          TwoHandManipulation, BedDissection, ClipAndCut)}
+                                          TwoHandManipulation, BedDissection)}
