@@ -340,14 +340,14 @@ OrganOptions ReadOrgan(const TableReader& table) {
     if (!table.Has(key) || TakesFillingsAndLayers(organ)) continue;
     table.Fail(key, "does not apply to this organ", kFillingsAndLayersRemedy);
   }
-  for (const LumenOptions& lumen : organ.lumens) {
-    if (!lumen.perforated_at || HasLeakingLumens(organ)) continue;
-    table.Fail("lumen", "has perforated_at in viscoelastic tissue, whose lumens stay closed",
-               "remove perforated_at or material.prony");
-  }
   if (const auto free = table.Table("free", kFreeKeys)) {
     organ.free = ReadFree(*free);
     if (!TakesFree(organ)) table.Fail("free", "does not apply to this organ", kFreeRemedy);
+  }
+  for (const LumenOptions& lumen : organ.lumens) {
+    if (!lumen.perforated_at || HasLeakingLumens(organ)) continue;
+    table.Fail("lumen", "has perforated_at, but lumens of free organs and of viscoelastic tissue stay closed",
+               "remove perforated_at, free or material.prony");
   }
   return organ;
 }
