@@ -337,6 +337,8 @@ TEST_F(SessionFaults, AFloodOfForeignMessagesIsRefusedCountedAndReportedOnce) {
     const std::string name = channel["channel"];
     if (!name.starts_with("HPDM_")) continue;
     shown.insert(name);
+    // This session has neither: no message tells the type, and what has none is not read.
+    if (name == kExerciseChannel || name == kTeacherChannel) continue;
     EXPECT_GT(channel["unreadable"], 0) << name << ": garbage is told apart";
     // Every readable message comes from the session.
     if (name == kToolChannel) {

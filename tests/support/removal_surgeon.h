@@ -159,7 +159,9 @@ class RemovalSurgeon : public ScriptedHands {
 
  private:
   static constexpr double kNoSample = 1, kOffLiver = 0.0015;  // m
-  static constexpr double kNear = 0.3;  // of the way to the port: what is near to the hook comes first
+
+  double nearness_;
+
 
   static int SegmentAt(const Rod& rod, double arc) {
     int i = 0;
@@ -208,7 +210,7 @@ class RemovalSurgeon : public ScriptedHands {
           const Vector3d fibre_W = ends_W[0] - ends_W[1];
           const Vector3d place_W = ends_W[1] + std::min(0.5, kOffLiver / fibre_W.norm()) * fibre_W;
           const double way = (place_W - Kinematics(kRight).p_trocar_W()).norm();
-          const double rank = wanted == kTriangle ? -way : way + kNear * (place_W - tips_W_[kRight]).norm();
+          const double rank = wanted == kTriangle ? -way : way + nearness_ * (place_W - tips_W_[kRight]).norm();
           if (rank >= least) continue;
           least = rank;
           next_W = place_W;

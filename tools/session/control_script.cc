@@ -104,13 +104,18 @@ void ParsePedal(const std::string& argument, const std::vector<InstrumentOptions
 void ControlScript::Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge) {
   const std::size_t before = next_;
   while (next_ < controls_.size() && controls_[next_].time_ns <= now_ns) ++next_;
-  if (next_ != before) SetPaused(paused_, edge);
+  if (next_ != before) Publish(edge);
 }
 
 void ControlScript::SetPaused(bool paused, TripleBuffer<SessionControl>* edge) {
   paused_ = paused;
-  edge->Back() = next_ > 0 ? controls_[next_ - 1].control : SessionControl{};
-  edge->Back().paused = paused;
+  Publish(edge);
+}
+
+void ControlScript::Publish(TripleBuffer<SessionControl>* edge) const {
+  SessionControl& control = edge->Back();
+  control = next_ > 0 ? controls_[next_ - 1].control : SessionControl{};
+  control.paused = control.paused || paused_;
   edge->Publish();
 }
 

@@ -29,13 +29,15 @@ class ControlScript {
   /// last call. `now_ns` does not decrease from call to call.
   void Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge);
 
-  /// Pauses or continues the session, from now on and with all controls that follow.
+  /// Pauses the session, from now on and whatever controls follow, or leaves it to them again.
   void SetPaused(bool paused, TripleBuffer<SessionControl>* edge);
 
   /// Returns the names of the controls whose time no call has reached, in their order.
   std::vector<std::string> Left() const;
 
  private:
+  void Publish(TripleBuffer<SessionControl>* edge) const;
+
   std::vector<TimedControl> controls_;
   std::size_t next_ = 0;
   bool paused_ = false;

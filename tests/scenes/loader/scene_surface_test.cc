@@ -32,7 +32,7 @@ TEST_F(SceneTest, ViscoelasticTissueIsNotPerforated) {
                               "material={prony=[{share=0.3,time=1}]}\n"
                               "[[organ.lumen]]\nperforated_at=1\n");
                        }),
-                       "has perforated_at in viscoelastic tissue"));
+                       "of viscoelastic tissue stay closed"));
 }
 
 TEST_F(SceneTest, ALayerHasTheValuesOfItsKeys) {

@@ -121,40 +121,38 @@ std::string ExercisePanel(const SessionReport& report) {
 // The domains, each with the figures that it is estimated from.
 std::string GoalsPanel(const SessionReport& report) {
   std::string html =
-      "<div class=\"wide\"><table id=\"goals-table\"><thead><tr><th>Domain</th>"
-      "<th class=\"number\">rating, 1 to 5</th><th>from</th><th class=\"number\">value</th>"
+      "<div class=\"wide\"><table id=\"goals-table\" class=\"stacked\"><thead><tr>"
+      "<th>Domain, and what it is estimated from</th><th class=\"number\">value</th>"
       "<th class=\"number\">1 at</th><th class=\"number\">5 at</th>"
-      "<th class=\"number\">its rating</th></tr></thead><tbody>\n";
+      "<th class=\"number\">rating, 1 to 5</th></tr></thead><tbody>\n";
+  const auto cell = [](const char* label, const std::string& value) {
+    return std::string("<td class=\"number\" data-label=\"") + label + "\">" + value + "</td>";
+  };
   for (const GoalsDomain& domain : RateGoals(report)) {
-    const std::string rows =
-        Format("rowspan=\"%zu\"", std::max<std::size_t>(1, domain.parts.size()));
-    html += "<tr><th scope=\"row\" " + rows + ">" + domain.label + "</th><td class=\"number\" " +
-            rows + " data-key=\"goals." + domain.key + "\">" +
-            (domain.rating ? "<b>" + Format("%.1f", *domain.rating) + "</b>" : "\u2013") + "</td>";
+    html += std::string("<tr><th scope=\"row\">") + domain.label +
+            "</th><td colspan=\"4\" class=\"number\" data-key=\"goals." + domain.key + "\">";
     if (!domain.rating) {
-      html += "<td colspan=\"5\">not rated: " + EscapeHtml(domain.why_not) + "</td></tr>\n";
+      html += "not rated: " + EscapeHtml(domain.why_not) + "</td></tr>\n";
       continue;
     }
-    for (std::size_t p = 0; p < domain.parts.size(); ++p) {
-      const GoalsPart& part = domain.parts[p];
+    html += Format("<b>%.1f</b></td></tr>\n", *domain.rating);
+    for (const GoalsPart& part : domain.parts) {
       const GoalsScale& scale = *part.scale;
-      const auto cell = [&scale](double value) {
-        return "<td class=\"number\">" + Format("%.3g", scale.scale * value) +
-               (*scale.unit == '\0' ? "" : std::string("\u00a0") + scale.unit) + "</td>";
+      const auto figure = [&scale](double value) {
+        return Format("%.3g", scale.scale * value) +
+               (*scale.unit == '\0' ? "" : std::string("\u00a0") + scale.unit);
       };
-      html += (p > 0 ? "<tr><td>" : "<td>") + EscapeHtml(scale.label) + "</td>" + cell(part.value) +
-              cell(scale.worst) + cell(scale.best) +
-              Format("<td class=\"number\">%.1f</td></tr>\n", part.rating);
+      html += "<tr><td>" + EscapeHtml(scale.label) + "</td>" + cell("value", figure(part.value)) +
+              cell("1 at", figure(scale.worst)) + cell("5 at", figure(scale.best)) +
+              cell("rating", Format("%.1f", part.rating)) + "</tr>\n";
     }
   }
   return html +
          "</tbody></table></div>\n<p class=\"note\">The domains are those of GOALS, with which an "
          "observer rates an operation from 1 to 5 [Vassiliou 2005]. Here they are estimated from "
          "figures: linear between the values for 1 and for 5; tissue handling is its lowest "
-         "figure, "
-         "efficiency the mean. All these values are guesses of this project, and no study has "
-         "compared "
-         "the estimate with observers. It shows what changed between sessions of one task; it does "
+         "figure, efficiency the mean. All these values are guesses of this project, and no study "
+         "has compared the estimate with observers. It shows what changed between sessions of one task; it does "
          "not replace an observer.</p>\n";
 }
 
