@@ -160,9 +160,6 @@ class RemovalSurgeon : public ScriptedHands {
  private:
   static constexpr double kNoSample = 1, kOffLiver = 0.0015;  // m
 
-  double nearness_;
-
-
   static int SegmentAt(const Rod& rod, double arc) {
     int i = 0;
     while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;
@@ -219,6 +216,8 @@ class RemovalSurgeon : public ScriptedHands {
     }
     return next_W;
   }
+
+  double nearness_;
 };
 
 }  // namespace hpdm
