@@ -45,7 +45,7 @@ class RemovalSurgeon : public ScriptedHands {
     ScriptedHands::Lift(length);
     Step(20);
   }
-  /// Burns a layer until a step of the exercise is done, from its border, and returns to it through the gap.
+  /// Burns a layer until a step of the exercise is done, from its border.
   void Burn(Layer layer) {
     const std::size_t before = done();
     bool approached = false;
@@ -67,7 +67,7 @@ class RemovalSurgeon : public ScriptedHands {
     }
     session_.Press(kRight, false);
     Step();
-    if (layer != kTriangle) Move(kRight, border_W, 0.06);
+    if (layer != kTriangle && nearness_ > 0) Move(kRight, border_W, 0.06);
   }
 
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle

@@ -130,7 +130,8 @@ std::string GoalsPanel(const SessionReport& report) {
   };
   for (const GoalsDomain& domain : RateGoals(report)) {
     html += std::string("<tr><th scope=\"row\">") + domain.label +
-            "</th><td colspan=\"4\" class=\"number\" data-key=\"goals." + domain.key + "\">";
+            "</th><td colspan=\"4\"" + (domain.rating ? " class=\"number\"" : "") +
+            " data-key=\"goals." + domain.key + "\">";
     if (!domain.rating) {
       html += "not rated: " + EscapeHtml(domain.why_not) + "</td></tr>\n";
       continue;
