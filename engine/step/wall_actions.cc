@@ -18,7 +18,8 @@ void WallActions::Apply(const ToolState& tools, const JawClosings& jaws, double 
     Tool& tool = tools_[t];
     const ToolGeometry& geometry = tool.geometries[ToSize(pose.instrument_index)];
     const SolvedContact& contact = contacts[t];
-    const bool burns = geometry.action == ToolAction::kBurn && pose.pedal;
+    const bool burns =
+        geometry.action == ToolAction::kBurn && pose.pedal && !(work[t].burning > 0);
     const bool cuts = geometry.action == ToolAction::kCut && jaws.ClosingFrom(t) > 0;
     const bool presses = contact.kind == ContactKind::kPress && contact.organ >= 0;
     if (!presses || !burns) tool.heat = 0;
@@ -34,8 +35,7 @@ void WallActions::Apply(const ToolState& tools, const JawClosings& jaws, double 
       tool.heat = 0;
       tool.p_W = contact.contact_W;
     }
-    const double energy = geometry.power * std::clamp(dt, 0.0, kLongestBurning);
-    tool.heat += std::max(0.0, energy - work[t].burning);
+    tool.heat += geometry.power * std::clamp(dt, 0.0, kLongestBurning);
     if (tool.heat >= kBurning * kHoleArea * thickness) organ.leaks.Perforate(ToSize(lumen));
   }
 }

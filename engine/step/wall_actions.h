@@ -15,8 +15,8 @@ namespace hpdm {
 /// the organs. The wall is as thick as the nearest lumen's inner surface is far from the tip's contact.
 ///
 /// 1. An energised hook that presses an organ burns a hole of kHoleArea through its wall once it has
-///    brought kBurning x kHoleArea x thickness into it at one place. Heat that layers took
-///    (layer_actions.h) does not count; the heat of a hook that leaves the place or lets go is lost.
+///    brought kBurning x kHoleArea x thickness into it at one place. A hook that burns a layer spares
+///    the wall (layer_actions.h). The heat of one that leaves, lets go or finds a layer is lost.
 /// 2. Scissors that close while their tip presses an organ cut a wall that is thinner than their
 ///    blades are long.
 ///
