@@ -18,9 +18,12 @@ class RemovalSurgeon : public ScriptedHands {
   enum Duct { kCysticDuct, kCysticArtery };
   enum Layer { kTriangle, kLowestThird, kRest };
 
-  /// `bed`: the attachment that the gallbladder is lifted off.
-  explicit RemovalSurgeon(LockstepSession* session, std::size_t bed = kRest)
-      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.026), bed) {}
+  /// `bed`: the attachment that the gallbladder is lifted off. `nearness`: the weight of a sample's distance
+  /// from the hook beside that from the port, in the order in which it burns them. Above 0 the hook also
+  /// leaves the bed on the way that it came; with 0 along its shaft. Whether it pushes the gallbladder on its
+  /// way depends on this and on the lattices.
+  explicit RemovalSurgeon(LockstepSession* session, std::size_t bed = kRest, double nearness = 0)
+      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.026), bed), nearness_(nearness) {}
 
   /// Pulls the right hand back along its shaft and gives it another instrument.
   void Exchange(int tool) {
@@ -207,7 +210,8 @@ class RemovalSurgeon : public ScriptedHands {
           const Vector3d fibre_W = ends_W[0] - ends_W[1];
           const Vector3d place_W = ends_W[1] + std::min(0.5, kOffLiver / fibre_W.norm()) * fibre_W;
           const double way = (place_W - Kinematics(kRight).p_trocar_W()).norm();
-          const double rank = wanted == kTriangle ? -way : way + nearness_ * (place_W - tips_W_[kRight]).norm();
+          const double from_tip = (place_W - tips_W_[kRight]).norm();
+          const double rank = wanted == kTriangle ? -way : way + nearness_ * from_tip;
           if (rank >= least) continue;
           least = rank;
           next_W = place_W;

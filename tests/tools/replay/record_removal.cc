@@ -27,7 +27,7 @@ int Record(const std::string& path, const std::string& folder) {
   LockstepSession session(model, {command, command});
   SessionRecorder recorder(*model, folder, false);
   session.RecordTo(&recorder);
-  RemovalSurgeon surgeon(&session, 0.3);
+  RemovalSurgeon surgeon(&session, RemovalSurgeon::kRest, 0.3);
   const auto started = std::chrono::steady_clock::now();
   const std::size_t done = surgeon.Operate();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - started;
