@@ -18,8 +18,7 @@ void WallActions::Apply(const ToolState& tools, const JawClosings& jaws, double 
     Tool& tool = tools_[t];
     const ToolGeometry& geometry = tool.geometries[ToSize(pose.instrument_index)];
     const SolvedContact& contact = contacts[t];
-    const bool burns =
-        geometry.action == ToolAction::kBurn && pose.pedal && !(work[t].burning > 0);
+    const bool burns = geometry.action == ToolAction::kBurn && pose.pedal && !(work[t].burning > 0);
     const bool cuts = geometry.action == ToolAction::kCut && jaws.ClosingFrom(t) > 0;
     const bool presses = contact.kind == ContactKind::kPress && contact.organ >= 0;
     if (!presses || !burns) tool.heat = 0;

@@ -346,9 +346,10 @@ OrganOptions ReadOrgan(const TableReader& table) {
   }
   for (const LumenOptions& lumen : organ.lumens) {
     if (!lumen.perforated_at || HasLeakingLumens(organ)) continue;
-    table.Fail("lumen",
-               "has perforated_at, but lumens of free organs and of viscoelastic tissue stay closed",
-               "remove perforated_at, free or material.prony");
+    table.Fail(
+        "lumen",
+        "has perforated_at, but lumens of free organs and of viscoelastic tissue stay closed",
+        "remove perforated_at, free or material.prony");
   }
   return organ;
 }

@@ -129,9 +129,8 @@ std::string GoalsPanel(const SessionReport& report) {
     return std::string("<td class=\"number\" data-label=\"") + label + "\">" + value + "</td>";
   };
   for (const GoalsDomain& domain : RateGoals(report)) {
-    html += std::string("<tr><th scope=\"row\">") + domain.label +
-            "</th><td colspan=\"4\"" + (domain.rating ? " class=\"number\"" : "") +
-            " data-key=\"goals." + domain.key + "\">";
+    html += std::string("<tr><th scope=\"row\">") + domain.label + "</th><td colspan=\"4\"" +
+            (domain.rating ? " class=\"number\"" : "") + " data-key=\"goals." + domain.key + "\">";
     if (!domain.rating) {
       html += "not rated: " + EscapeHtml(domain.why_not) + "</td></tr>\n";
       continue;
@@ -153,7 +152,8 @@ std::string GoalsPanel(const SessionReport& report) {
          "observer rates an operation from 1 to 5 [Vassiliou 2005]. Here they are estimated from "
          "figures: linear between the values for 1 and for 5; tissue handling is its lowest "
          "figure, efficiency the mean. All these values are guesses of this project, and no study "
-         "has compared the estimate with observers. It shows what changed between sessions of one task; it does "
+         "has compared the estimate with observers. It shows what changed between sessions of one "
+         "task; it does "
          "not replace an observer.</p>\n";
 }
 
