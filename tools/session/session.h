@@ -95,7 +95,7 @@ class Session {
   TripleBuffer<SessionControl> control;
   SpscQueue<LoopEvent> render_events{64};
   SpscQueue<LoopEvent> link_events{64};
-  // Of a teacher, if the session listens to one.
+  // They are used if the session listens to a teacher.
   SpscQueue<TeacherRequest> teacher_requests{64};
   SpscQueue<LoopEvent> teacher_events{64};
   TripleBuffer<PictureMarks> picture_marks;

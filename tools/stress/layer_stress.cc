@@ -168,7 +168,7 @@ StressCase StiffFilling(bool quick) {
                   });
 }
 
-// The layer has no damage: beyond its strength it goes on as before, and only the tension shows it.
+// A layer cannot be damaged. Beyond its strength it stays as stiff, and only its tension shows that.
 StressCase OverloadedLayer(bool quick) {
   return PartCase("layer_overloaded",
                   "The layer of a filled ball pulled by jaws beyond its strength of 1 N/m",

@@ -79,7 +79,7 @@ Peel PeelOff(const PeeledStrip& strip, int steps = 300) {
     bench.Step();
     const AttachmentOutcome& layer = bench.loop().links()[0].outcomes()[0];
     freed = layer.freed_area / (strip.bed * strip.width);
-    // Of the layer on the plate: what the support pulls with.
+    // The layer pulls the plate with the force that the support exerts.
     const double force = layer.load_W.norm();
     if (freed > 0.1 && freed < 0.6) forces.push_back(force);
   }

@@ -21,7 +21,7 @@ TEST(PartStress, EveryRowBearsWhatIsAsked) {
 }
 
 TEST(PartStress, ADuctYankedFarWithinAStepFindsAnotherShape) {
-  // By 13 of its lengths, against the same way in 40 steps.
+  // One step moves it by 13 of its lengths; the reference takes 40 steps for the same way.
   for (const StressCase& each : PartStress(true)) {
     if (each.name != "duct_yanked") continue;
     EXPECT_EQ(each.run(StressModel::kStrainSmall, each.parameter.utmost).fate, StressFate::kFailed);

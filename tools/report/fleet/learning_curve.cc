@@ -11,7 +11,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-/// What a figure of a report is over the hands.
+// How a figure of a report is found from those of the hands.
 enum class Over { kSession, kSum, kLargest };
 
 struct Figure {
@@ -119,7 +119,7 @@ std::optional<LearningFit> FitLearning(std::span<const std::optional<double>> va
 }
 
 std::vector<LearningCurve> LearningCurves(std::span<const Json> lines) {
-  // By task; within it by start, then by name.
+  // The first key is the task. The second is the start, then the name of the session.
   std::map<std::string, std::map<std::pair<std::string, std::string>, const Json*>> tasks;
   for (const Json& line : lines) {
     if (!line.contains("report") || !line["report"].is_object()) continue;
