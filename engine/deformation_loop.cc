@@ -279,20 +279,22 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganStep& organ : organs_) organ.state().tips.Clear();
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTips(&organs_);
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddShaftTips(&organs_);
+  std::array<std::optional<AttachedCompliance>, kMaxOrgans> attached;
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     OrganState& state = organs_[o].state();
-    if (state.tips.size() == 0) continue;
-    std::optional<AttachedCompliance> attached;
+    state.present_compliance = state.relaxation->compliance();
+    if (state.present_compliance == nullptr) continue;
     for (const AttachmentLink& link : links()) {
       const int member = link.joint().MemberOf(static_cast<int>(o));
       if (member < 0) continue;
       const bool let_go = link.HasLetGo(ToSize(member));
       if (let_go && !link.HasDucts(ToSize(member))) continue;
-      attached.emplace(*state.relaxation->compliance(), link.state(), member, &attached_work_,
-                       let_go ? state.relaxation->Rotation() : Matrix3d::Identity());
+      state.present_compliance = &attached[o].emplace(
+          *state.relaxation->compliance(), link.state(), member, &attached_work_,
+          let_go ? state.relaxation->Rotation() : Matrix3d::Identity());
     }
-    const LatticeCompliance& free = attached ? static_cast<const LatticeCompliance&>(*attached)
-                                             : *state.relaxation->compliance();
+    if (state.tips.size() == 0) continue;
+    const LatticeCompliance& free = *state.present_compliance;
     const JointRelaxation::Hold& held = joint_relaxation_.HoldOn(o);
     // A rejected step has removed its rows.
     const bool has_rows = state.contacts.size() > 0;
@@ -309,6 +311,7 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
     duct_actions_.FillPatch(t, tools.tools[t], joint_relaxation_.links(), organs_, &patch.tools[t]);
     for (ToolPatch& place : patch.tools[t].places) place.time_ns = tools.time_ns;
   }
+  for (OrganStep& organ : organs_) organ.state().present_compliance = nullptr;
 }
 
 void DeformationLoop::FillSample(const ToolState& tools) {

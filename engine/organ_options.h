@@ -35,6 +35,8 @@ struct LatticeOptions {
   double margin = 0.02;                   ///< m, added on every side of the organ's box.
   bool split = true;  ///< Functions of their own for each connected piece of tissue in a function's
                       ///< support (Lattice::SplitByTissue); see SplitsFunctions.
+  bool notch_functions =
+      true;  ///< Functions of a crack's front at narrow notches; see TakesNotches.
   LocalFunctionOptions local;
   AdaptiveOptions adaptive;
 };
@@ -273,6 +275,14 @@ inline bool SplitsFunctions(const OrganOptions& organ) {
   return (organ.lattice.split || !organ.cuts.empty()) && organ.model == OrganModelType::kHpdm &&
          organ.lattice.basis == BasisType::kBSpline &&
          !(organ.energy.type == EnergyType::kMetric && organ.energy.domain == EnergyDomain::kBox);
+}
+
+/// True if narrow notches get functions of their own (engine/tissue/notch_finder.h), which are those
+/// of a cut's front.
+inline bool TakesNotches(const OrganOptions& organ) {
+  return organ.lattice.notch_functions && organ.lattice.split && TakesCuts(organ) &&
+         organ.lattice.adaptive.functions == 0 && !organ.free && organ.lumens.empty() &&
+         organ.layers.empty();
 }
 
 /// True if the model can have local functions: they refine B-splines whose stiffness is constant

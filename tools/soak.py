@@ -5,7 +5,10 @@
     tools/soak.py --clock lockstep [--seconds 3600] [SCENE]      virtual time, as fast as it goes
 
 Every instrument of the scene gets the hand script "random". The first seed is --seed; each further hand
-adds one. --strain finite gives the organs finite strain, without local functions.
+adds one. --hand NAME.KEY=VALUE sets a key of an instrument's [instrument.hand], such as
+hook.depth=0.015. A hand with exchanges takes another instrument at random, every ten seconds on
+average, and presses its pedal every four seconds if one of them is a hook. --strain finite gives the
+organs finite strain, without local functions.
 
 On the real clock the session draws pictures and publishes with --live in a private network
 namespace, which the script creates (root). --hogs starts that many processes of stress-ng (apt-get
@@ -15,7 +18,8 @@ the end unless --out names it.
 
 In lockstep a second session of the same length follows. It repeats the first part of the random motion
 as a trace: one minute (--stretch), with the tools away and at rest at both ends. Late forces must equal
-the first ones bit for bit.
+the first ones bit for bit. Where attachments or ducts can be torn or cut, nothing repeats: there the log of
+the session is replayed instead, and every number must be the same.
 
 Prints one line for each check; exit status 1 if one fails:
 
@@ -24,6 +28,7 @@ Prints one line for each check; exit status 1 if one fails:
     memory     after a quarter of a session, its resident memory grows by less than 1 MiB: over an hour
                less than 0.4 bytes a tick. Compares the medians of the first and the last fifth of the
                rest. Mesa's renderer grows in steps of 64 kB when the picture becomes busier
+    replay     `hpdm replay` computes the same numbers
     finite, ticks, steps, force, slew, energy, work, rest, repeats
                defined by `hpdm log check` (lcmtypes/analysis/session_invariants.h)
 """
@@ -32,6 +37,7 @@ import argparse
 import contextlib
 import json
 import os
+import random
 import re
 import shutil
 import statistics
@@ -40,6 +46,7 @@ import sys
 import tempfile
 import threading
 import time
+import tomllib
 from pathlib import Path
 
 from compare_wakeup import ROOT, enter_private_network
@@ -49,25 +56,31 @@ WARM_UP = 0.25  # of a session
 SAMPLE_PERIOD = 0.05  # s
 FEWEST = 20  # samples needed to measure growth
 BYTES_A_SECOND = 1.1e6  # log of two hands and three organs
+EXCHANGE_EVERY, PEDAL_EVERY = 10, 4  # s, means
+PEDAL_FOR = 0.1, 2.5  # s
 REST = 0.5, 2.5  # s, before and after the repeated motion; a second of travel separates them
 TRACE_STEP = 10  # ms
 
 
-def write_scene(scene, folder, seed, strain):
+def write_scene(scene, folder, seed, strain, hand_keys):
     """Writes the scene with random hands into `folder` and links its files beside it."""
     for entry in scene.parent.iterdir():
         if entry.name != "scene.toml":
             (folder / entry.name).symlink_to(entry.resolve())
     hands = iter(range(seed, seed + 100))
-    lines, table = [], ""
+    names = iter(tool["name"] for tool in tomllib.loads(scene.read_text("utf-8"))["instrument"])
+    lines, table, changed = [], "", {}
     for line in scene.read_text(encoding="utf-8").splitlines():
         if match := re.match(r"\s*\[+([\w.]+)\]+", line):
             table = match[1]
+            if table == "instrument":
+                changed = hand_keys.get(next(names), {})
         key = line.split("=")[0].strip()
-        if table == "instrument.hand" and key == "seed":
+        if table == "instrument.hand" and (key == "seed" or key in changed):
             continue
         if table == "instrument.hand" and key == "script":
-            line = f'script = "random"\nseed = {next(hands)}'
+            more = [f"{name} = {value}" for name, value in changed.items()]
+            line = "\n".join(['script = "random"', f"seed = {next(hands)}", *more])
         if strain and table == "organ.energy" and key == "strain":
             line = f'strain = "{strain}"'
         if strain == "finite" and table == "organ.lattice" and key == "local_functions":
@@ -76,6 +89,29 @@ def write_scene(scene, folder, seed, strain):
     written = folder / "scene.toml"
     written.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return written
+
+
+def random_controls(scene, seconds, seed):
+    """Returns the options of a session in which hands exchange instruments and press pedals at random."""
+    chance = random.Random(seed)
+
+    def times(every):
+        now = chance.uniform(0, 2 * every)
+        while now < seconds - PEDAL_FOR[1]:
+            yield now
+            now += PEDAL_FOR[1] + chance.uniform(0, 2 * (every - PEDAL_FOR[1]))
+
+    options = []
+    for tool in scene["instrument"]:
+        name, others = tool["name"], tool.get("exchange", [])
+        held = [name, *(other["name"] for other in others)]
+        if others:
+            for now in times(EXCHANGE_EVERY):
+                options += ["--exchange", f"{name}={chance.choice(held)}@{now:.3f}"]
+        if any(one.get("type") == "hook" for one in [tool, *others]):
+            for now in times(PEDAL_EVERY):
+                options += ["--pedal", f"{name}@{now:.3f}-{now + chance.uniform(*PEDAL_FOR):.3f}"]
+    return options
 
 
 class Memory(threading.Thread):
@@ -207,6 +243,16 @@ def judge(options, folder, results, extra):
     return checks
 
 
+def judge_replay(options, folder):
+    """Computes a session again. Returns a check."""
+    report = hpdm_json([options.hpdm, "replay", "--json", folder])
+    first = report["first_difference"]
+    text = f"{report['ticks']['compared']:,} ticks, {report['steps']['compared']:,} steps"
+    if first:
+        text += "; first difference: " + json.dumps(first)
+    return {"name": "replay", "holds": report["result"] == "identical", "text": text}
+
+
 def print_checks(title, results, checks):
     skipped = results["skipped"]["total"]
     print(
@@ -244,17 +290,34 @@ def write_traces(options, log, folder):
     return [folder / f"{tool}.csv" for tool in range(tools)]
 
 
+def hand_keys(settings):
+    """Returns {instrument: {key: TOML value}} of the --hand arguments."""
+    keys = {}
+    for setting in settings:
+        match = re.fullmatch(r"(.+)\.(\w+)=(.+)", setting)
+        if not match:
+            raise SystemExit(f"--hand {setting}: give NAME.KEY=VALUE, such as hook.depth=0.015")
+        keys.setdefault(match[1], {})[match[2]] = match[3]
+    return keys
+
+
 def soak(options, folder):
     """Runs and checks the sessions. Returns {title: results} and whether all checks passed."""
     place = folder / "scene"
     place.mkdir()
-    scene = write_scene(Path(options.scene), place, options.seed, options.strain)
+    scene = write_scene(
+        Path(options.scene), place, options.seed, options.strain, hand_keys(options.hand)
+    )
+    tables = tomllib.loads(scene.read_text("utf-8"))
+    controls = random_controls(tables, options.seconds, options.seed)
     all_results, sound = {}, True
 
-    def session(title, name, extra, checking=()):
+    def session(title, name, extra, checking=(), replayed=False):
         nonlocal sound
         results = run_session(options, scene, folder / name, extra)
         checks = judge(options, folder / name, results, checking)
+        if replayed:
+            checks.append(judge_replay(options, folder / name))
         print_checks(title, results, checks)
         all_results[name] = results | {"holds": {c["name"]: c["holds"] for c in checks}}
         sound = sound and all(check["holds"] for check in checks)
@@ -263,9 +326,12 @@ def soak(options, folder):
 
     if options.clock == "real":
         beside = f" beside {options.hogs} hogs" if options.hogs else ""
-        session(f"{options.seconds} s{beside}", "session", [])
+        session(f"{options.seconds} s{beside}", "session", controls)
         return all_results, sound
-    session(f"{options.seconds} s in lockstep", "session", [])
+    tears = "attachment" in tables or "duct" in tables
+    session(f"{options.seconds} s in lockstep", "session", controls, replayed=tears)
+    if tears:
+        return all_results, sound
     begin = folder / "begin"
     command = [options.hpdm, "run", scene, "--clock", "lockstep", "--no-pictures", "--json"]
     command += ["--seconds", str(options.stretch), "--out", begin]
@@ -286,6 +352,7 @@ def main():
     parser.add_argument("--seconds", type=int, help="session time [600; in lockstep 3600]")
     parser.add_argument("--hogs", type=int, default=0, help="number of processes that each keep a core busy")
     parser.add_argument("--seed", type=int, default=1, help="seed of the first hand")
+    parser.add_argument("--hand", action="append", default=[], metavar="NAME.KEY=VALUE", help="key of a hand")
     parser.add_argument("--strain", choices=["small", "finite"], help="[the scene's]")
     parser.add_argument("--stretch", type=int, default=60, help="length of the repeated part, s")
     parser.add_argument("--json", metavar="FILE", help="write all results to FILE")

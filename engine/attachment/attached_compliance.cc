@@ -3,20 +3,20 @@
 namespace hpdm {
 
 void AttachedCompliance::LoadModes(int i, const SparseRow& b) const {
-  auto modes = work_.modes.block(0, 3 * i, unknowns_, 3);
+  auto half_tied = work_.half_tied.block(0, 3 * i, unknowns_, 3);
   auto tied = work_.tied.block(0, 3 * i, unknowns_, 3);
-  modes.setZero();
+  half_tied.setZero();
   tied.setZero();
   for (std::size_t k = 0; k < b.control_points.size(); ++k) {
     const int a = b.control_points[k];
     if (3 * a >= member_.unknowns()) break;
     if (turned_) {
       const Matrix3d turned = b.weights[k] * R_WF_.transpose();
-      modes += member_.response.middleRows<3>(3 * a).transpose().lazyProduct(turned);
+      half_tied += member_.half_tied.middleRows<3>(3 * a).transpose().lazyProduct(turned);
       tied += member_.tied.middleRows<3>(3 * a).transpose().lazyProduct(turned);
       continue;
     }
-    modes += b.weights[k] * member_.response.middleRows<3>(3 * a).transpose();
+    half_tied += b.weights[k] * member_.half_tied.middleRows<3>(3 * a).transpose();
     tied += b.weights[k] * member_.tied.middleRows<3>(3 * a).transpose();
   }
 }
@@ -50,14 +50,14 @@ void AttachedCompliance::RespondInPart(int i, const SparseRow& b,
 
 void AttachedCompliance::AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) const {
   const Eigen::Index count = compliance.cols();
-  const auto modes = work_.modes.topLeftCorner(unknowns_, count);
+  const auto half_tied = work_.half_tied.topLeftCorner(unknowns_, count);
   const auto tied = work_.tied.topLeftCorner(unknowns_, count);
   auto half = work_.half.topLeftCorner(unknowns_, count);
   half = tied;
   state_.HalfSettle(half, &work_.few);
   for (Eigen::Index j = 0; j < count; ++j) {
     for (Eigen::Index i = 0; i <= j; ++i) {
-      const double held = modes.col(i).dot(tied.col(j)) - half.col(i).dot(half.col(j));
+      const double held = half_tied.col(i).dot(half_tied.col(j)) - half.col(i).dot(half.col(j));
       compliance(i, j) -= held;
       if (i != j) compliance(j, i) -= held;
     }

@@ -15,15 +15,15 @@ class AttachedCompliance final : public LatticeCompliance {
   struct Work {
     /// `unknowns`: 3r of the largest joint; `columns`: of the largest set, at least 3.
     explicit Work(Eigen::Index unknowns = 0, Eigen::Index columns = 3)
-        : modes(unknowns, columns),
-          tied(modes),
-          half(modes),
+        : half_tied(unknowns, columns),
+          tied(half_tied),
+          half(half_tied),
           few(unknowns, AttachmentState::FewColumns::ColsAtCompileTime),
           w(unknowns),
           q(unknowns) {}
-    Eigen::MatrixXd modes;            // 3r x columns, m/N: Phi H b^T
-    Eigen::MatrixXd tied;             // the same: G^-1 times it
-    Eigen::MatrixXd half;             // the same: L^-1 times that (AttachmentState::HalfSettle)
+    // 3r x columns, from Phi H b^T: with L L^T = G, L^-1 times it; G^-1 times it; and
+    // AttachmentState::HalfSettle() of that.
+    Eigen::MatrixXd half_tied, tied, half;
     AttachmentState::FewColumns few;  // 3r rows, scratch
     Eigen::VectorXd w, q;             // 3r
   };

@@ -197,7 +197,13 @@ void AttachmentJoint::Respond() {
   if (factor.info() != Eigen::Success) FailDependent(G);
   stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
   stiffness_ = ((stiffness_ + stiffness_.transpose()) / 2).eval();
-  for (Member& member : members_) member.tied = member.response * stiffness_;
+  for (Member& member : members_) {
+    if (member.unknowns() == 0) continue;
+    Eigen::MatrixXd tied = factor.matrixL().solve(member.response.transpose());
+    member.half_tied = tied.transpose();
+    factor.matrixU().solveInPlace(tied);
+    member.tied = tied.transpose();
+  }
 }
 
 // Refuses the first layer or duct whose modes depend on each other or on those before them.

@@ -45,9 +45,12 @@ class AttachmentJoint {
   };
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Member {
-    int organ = 0;           ///< Index in the scene.
-    RowMatrix response;      ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
-    RowMatrix tied;          ///< 3n x 3r: H Phi^T G^-1.
+    int organ = 0;       ///< Index in the scene.
+    RowMatrix response;  ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
+    RowMatrix tied;      ///< 3n x 3r: H Phi^T G^-1.
+    /// 3n x 3r: H Phi^T L^-T with L L^T = G. Its products with itself are H Phi^T G^-1 Phi H without the
+    /// error of G^-1, which is large where modes nearly depend on each other.
+    RowMatrix half_tied;
     Eigen::VectorXd offset;  ///< r: the modes that an offset of the organ by 1 m excites.
     bool free = false;       ///< It moves as a whole.
     /// r x n: Phi along one axis, of an organ that is free or leaks; else empty.

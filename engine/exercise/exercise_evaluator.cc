@@ -3,56 +3,9 @@
 #include <algorithm>
 #include <utility>
 
+#include "engine/exercise/step_queries.h"
+
 namespace hpdm {
-namespace {
-
-bool Contains(const std::vector<int>& numbers, int number) {
-  return std::ranges::find(numbers, number) != numbers.end();
-}
-
-bool IsOneOf(const std::vector<ExerciseTool>& tools, int hand, int instrument_index) {
-  return tools.empty() || std::ranges::any_of(tools, [&](const ExerciseTool& tool) {
-           return tool.hand == hand && tool.instrument_index == instrument_index;
-         });
-}
-
-// Visits the contacts of one tip: the main one and those on other organs.
-template <typename Visit>
-void VisitContacts(const StepSample& sample, int hand, const Visit& visit) {
-  const auto h = static_cast<std::size_t>(hand);
-  if (sample.contacts[h].organ >= 0) visit(sample.contacts[h]);
-  for (const SolvedContact& contact : sample.beside[h]) {
-    if (contact.organ >= 0) visit(contact);
-  }
-}
-
-bool Touches(const SolvedContact& contact) {
-  return contact.kind != ContactKind::kNone && contact.force_on_tissue_W.squaredNorm() > 0;
-}
-
-bool Presses(const StepSample& sample, int hand, int organ) {
-  bool presses = false;
-  VisitContacts(sample, hand, [&](const SolvedContact& contact) {
-    presses = presses || (contact.organ == organ && Touches(contact));
-  });
-  return presses;
-}
-
-double LiftOf(const SolvedContact& contact) {
-  return (contact.contact_W - contact.p_original_W).norm();
-}
-
-double TornArea(const StepSample& sample, int attachment) {
-  double area = 0;
-  for (int a = 0; a < sample.attachment_count; ++a) {
-    if (attachment >= 0 && a != attachment) continue;
-    const AttachmentOutcome& layer = sample.attachments[static_cast<std::size_t>(a)];
-    area += layer.freed_area - layer.burnt_area - layer.cut_area;
-  }
-  return area;
-}
-
-}  // namespace
 
 ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
     : options_(std::move(options)),
@@ -156,6 +109,7 @@ void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
         break;
       case ExerciseErrorKind::kBurn:
       case ExerciseErrorKind::kStrayBurn:
+      case ExerciseErrorKind::kNearBurn:
         FindBurns(sample, rule, dt);
         break;
       case ExerciseErrorKind::kDrop:
@@ -289,6 +243,8 @@ void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, do
   for (int t = 0; t < sample.tool_count; ++t) {
     const auto h = static_cast<std::size_t>(t);
     Watch& watch = watches_[rule][h];
+    const bool near = error.kind == ExerciseErrorKind::kNearBurn;
+    const Vector3d tip_W = sample.tools[h].X_WT.translation();
     int touched = -1;
     double force = 0;
     bool touches_any = false;
@@ -299,16 +255,21 @@ void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, do
       touched = contact.organ;
       force = std::max(force, contact.force_on_tissue_W.norm());
     });
-    const bool in_place = error.kind == ExerciseErrorKind::kBurn ? touched >= 0 : !touches_any;
-    if (!IsHook(sample, t) || !sample.tools[h].pedal || sample.layer_work[h].burning > 0 ||
-        !in_place) {
+    bool in_place = false;
+    if (near) {
+      in_place = DistanceTo(error.path_W, tip_W) <= error.within;
+    } else {
+      in_place = sample.layer_work[h].burning == 0 &&
+                 (error.kind == ExerciseErrorKind::kBurn ? touched >= 0 : !touches_any);
+    }
+    if (!IsHook(sample, t) || !sample.tools[h].pedal || !in_place) {
       watch = {};
       continue;
     }
     watch.since += dt;
     if (watch.active || watch.since < error.limit) continue;
     watch.active = true;
-    AddError(rule, t, touched, sample.tools[h].X_WT.translation(), force);
+    AddError(rule, t, touched, tip_W, force);
   }
 }
 
@@ -320,7 +281,10 @@ void ExerciseEvaluator::FindDrops(const StepSample& sample, std::size_t rule) {
     if (before.kind != ContactKind::kGrasp || before.organ < 0) continue;
     if (error.organ >= 0 && before.organ != error.organ) continue;
     if (now.kind == ContactKind::kGrasp && now.organ == before.organ) continue;
-    if (LiftOf(before) <= error.limit) continue;
+    const bool in_place = error.path_W.empty()
+                              ? LiftOf(before) <= error.limit
+                              : DistanceTo(error.path_W, before.contact_W) <= error.within;
+    if (in_place) continue;
     AddError(rule, t, before.organ, before.contact_W, before.force_on_tissue_W.norm());
   }
 }

@@ -60,7 +60,9 @@ enum class ExerciseErrorKind {
   kTear,       ///< Pulling, not burning or cutting, frees another `limit` m^2.
   kBurn,       ///< An energised hook is on an organ for `limit` s and burns no attachment.
   kStrayBurn,  ///< It touches nothing for `limit` s and burns no attachment.
-  kDrop,       ///< Jaws lose an organ while it is held more than `limit` m from its place.
+  kNearBurn,   ///< Its tip is within `within` m of `path_W` for `limit` s, whatever it burns.
+  kDrop,  ///< Jaws lose an organ while it is held more than `limit` m from its place, or, with a
+          ///< `path_W`, more than `within` m from that.
   kInverted,   ///< Tissue is inverted.
   kBadClip,    ///< A clip on a duct is not good, with the angle `limit` rad (duct_judge.h).
   kWrongClip,  ///< A clip is put on another duct than `ducts`, or an applier closes on `organ`.
@@ -74,12 +76,14 @@ enum class ExerciseErrorKind {
 /// Something that a trainee must avoid. Each time is an error that costs `points`.
 struct ExerciseErrorOptions {
   ExerciseErrorKind kind = ExerciseErrorKind::kForce;
-  std::string name = {};        ///< For people: "perforation of the gallbladder".
-  double limit = 0;             ///< As the kind says.
-  int organ = -1;               ///< -1: any organ (force, burn, drop), or none (wrong clip).
-  int attachment = -1;          ///< -1: all of them (tear).
-  std::vector<int> ducts = {};  ///< Those that the kinds for ducts mean; empty: all.
-  int before = -1;              ///< Step of the early kinds.
+  std::string name = {};              ///< For people: "perforation of the gallbladder".
+  double limit = 0;                   ///< As the kind says.
+  int organ = -1;                     ///< -1: any organ (force, burn, drop), or none (wrong clip).
+  int attachment = -1;                ///< -1: all of them (tear).
+  std::vector<int> ducts = {};        ///< Those that the kinds for ducts mean; empty: all.
+  int before = -1;                    ///< Step of the early kinds.
+  std::vector<Vector3d> path_W = {};  ///< m, of kNearBurn and kDrop: a line through these points.
+  double within = 0;                  ///< m, of kNearBurn and kDrop.
   double points = 5;
 };
 

@@ -77,7 +77,7 @@ CutSurface::CutSurface(const OrientedBox& box_W, const CutOptions& strip, const 
   }
   FindNormals();
   FindTissue(rest_W);
-  if (samples_.empty()) {
+  if (samples_.empty() && front_.empty()) {
     throw InputError(place + "its strip meets no tissue; move it into the organ");
   }
 }

@@ -13,6 +13,7 @@
 #include "engine/mesh/mesh_facts.h"
 #include "engine/mesh/thickness.h"
 #include "engine/organ/level_placement.h"
+#include "engine/organ/organ_cuts.h"
 #include "engine/organ/placement_loads.h"
 #include "engine/solver/elastic_relaxation.h"
 #include "engine/solver/free_relaxation.h"
@@ -177,7 +178,8 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
   if (options().lattice.basis == BasisType::kBSpline) {
     CheckMatrices(options(), LeastControlPoints(lattice_, rest(), options().lattice.cells));
   }
-  cuts_ = MakeCuts();
+  cuts_ = CutsOf(options(), rest(), surface_.bounds, lattice_.box(),
+                 MeanCell(lattice_.box(), options().lattice.cells), warnings);
   const auto [sampled, stiffness] =
       SampleStiffness(rest(), lattice_.box(), cells, options(), cuts_);
   tissue_volume_ = sampled.Volume();
@@ -193,15 +195,16 @@ LatticeOrgan::LatticeOrgan(const OrganSurface& surface, std::vector<std::string>
     lattice_.SplitByTissue(std::make_shared<const TissuePieces>(sampled.pieces));
   }
   if (!over_box) lattice_.DropControlPointsWithoutTissue(tissue);
-  if (cuts_ != nullptr) {
-    if (lattice_.pieces() == nullptr) {
+  if (cuts_ != nullptr && lattice_.pieces() == nullptr) {
+    if (!options().cuts.empty()) {
       throw InputError(
           "organ \"" + options().name +
           "\": its cuts and gaps leave too many pieces of tissue for one lattice; give "
           "fewer cuts or more cells");
     }
-    lattice_.AddFrontFunctions();
+    cuts_ = nullptr;
   }
+  if (cuts_ != nullptr) lattice_.AddFrontFunctions();
   CheckMatrices(options(), std::max(lattice_.size(), options().lattice.adaptive.functions));
   const std::vector<Quadrature> held = SampleSupports();
   Quadrature elastic{tissue.points, tissue.weights.cwiseProduct(stiffness)};
@@ -262,29 +265,6 @@ void LatticeOrgan::PlaceFinerLevels(Quadrature* elastic, const std::vector<Quadr
   }
   *elastic =
       CompressedQuadrature(lattice_, local ? &*local : nullptr, *elastic, kLevelPointsDegree);
-}
-
-// Refuses a cut along a fixed support, whose penalty would hold both its sides.
-CutSurfaces LatticeOrgan::MakeCuts() const {
-  if (options().cuts.empty()) return nullptr;
-  std::vector<CutSurface> cuts;
-  for (const CutOptions& cut : options().cuts) {
-    const CutSurface& added = cuts.emplace_back(lattice_.box(), cut, rest());
-    double area = 0, held = 0;
-    for (const CutSurface::Sample& sample : added.samples()) {
-      area += sample.area;
-      for (const SupportOptions& support : options().supports) {
-        if (support.stiffness || !InRegion(support.region, surface_.bounds, sample.p_W)) continue;
-        held += sample.area;
-        break;
-      }
-    }
-    if (held < 0.5 * area) continue;
-    throw InputError("organ \"" + options().name + "\": cut[" + std::to_string(cut.number) +
-                     "]: runs along a fixed [[organ.support]], which holds both its sides; move it "
-                     "or make the support smaller");
-  }
-  return std::make_shared<const std::vector<CutSurface>>(std::move(cuts));
 }
 
 WeightMatrix LatticeOrgan::SurfaceWeights(const Lattice& lattice) const {

@@ -22,16 +22,16 @@ class LatticeOrgan final : public OrganMechanics {
   LatticeOrgan(const OrganSurface& surface, std::vector<std::string>* warnings);
 
   const Lattice& lattice() const { return lattice_; }
-  /// True if functions of the lattice or local functions are split by tissue, or stand on several
-  /// levels.
+  /// True if functions of the lattice or local functions are split by tissue, stand on several
+  /// levels or belong to a front.
   bool split() const {
-    return lattice_.split() || !lattice_.levels().empty() ||
+    return lattice_.split() || !lattice_.levels().empty() || lattice_.front_functions() > 0 ||
            (refinement_basis_ && refinement_basis_->finer().split());
   }
   /// Returns the error that finer levels could still remove (LevelPlacement::error); absent without
   /// adaptive functions.
   const std::optional<double>& error_of_levels() const { return error_of_levels_; }
-  /// Returns the cuts, or nullptr.
+  /// Returns the cuts of the scene and then the narrow notches (CutsOf), or nullptr.
   const CutSurfaces& cuts() const { return cuts_; }
   /// Returns the volume of the tissue that each support holds, m^3.
   const std::vector<double>& support_volumes() const { return support_volumes_; }
@@ -62,7 +62,6 @@ class LatticeOrgan final : public OrganMechanics {
 
  private:
   WeightMatrix SurfaceWeights(const Lattice& lattice) const;  // at the vertices
-  CutSurfaces MakeCuts() const;
   std::vector<Quadrature> SampleSupports();
   void PlaceFinerLevels(Quadrature* elastic, const std::vector<Quadrature>& held);
   void BuildElasticSupports(const Quadrature& tissue, const std::vector<Quadrature>& held);

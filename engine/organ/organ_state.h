@@ -56,6 +56,9 @@ struct OrganState {
 
   TipCompliance tips;     ///< Tips on the organ. Filled when the contact patches are built.
   bool attached = false;  ///< Layers hold the organ: `relaxation` does not know of them.
+  /// While contact patches are built: the compliance with the layers' present damage, or else that of
+  /// `relaxation`; null without a compliance.
+  const LatticeCompliance* present_compliance = nullptr;
   /// Self-compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
   /// Constant; with the undamaged layers.
   std::shared_ptr<const std::vector<Matrix3d>> vertex_compliances;

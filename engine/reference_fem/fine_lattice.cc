@@ -13,12 +13,15 @@
 #include "engine/energy/strain_energy.h"
 #include "engine/mesh/curved_surface.h"
 #include "engine/mesh/thickness.h"
+#include "engine/organ/organ_cuts.h"
 #include "engine/tissue/stiffness_regions.h"
 #include "engine/tissue/support.h"
 
 namespace hpdm {
 namespace {
 
+// Gaps get front functions up to this many cells wider than an organ's own lattice would give them.
+constexpr double kNotchCells = 3;
 constexpr double kFinestResolved = 1.25;  // kernel radius in mean cells (kResolvedCells, organ.cc)
 
 Lattice CubicCells(const OrganOptions& organ, const SurfaceMesh& rest, int cells) {
@@ -56,14 +59,18 @@ FineLattice::FineLattice(const OrganOptions& organ, const SurfaceMesh& rest, int
   organ_.lattice = LatticeOptions();
   organ_.energy = EnergyOptions();
   const TensorBasis& basis = lattice_.basis();
+  std::vector<std::string> warnings;  // those of notches that stay as they are
+  const CutSurfaces cuts = CutsOf(organ_, rest_, bounds_, lattice_.box(),
+                                  kNotchCells * CellSize(lattice_).mean(), &warnings);
   const auto [sampled, stiffness] = SampleStiffness(
       rest, lattice_.box(), {basis.axis(0).cells(), basis.axis(1).cells(), basis.axis(2).cells()},
-      organ_);
+      organ_, cuts);
   const Quadrature elastic{sampled.points, sampled.weights.cwiseProduct(stiffness)};
   if (!sampled.pieces.empty()) {
     lattice_.SplitByTissue(std::make_shared<const TissuePieces>(sampled.pieces));
   }
   lattice_.DropControlPointsWithoutTissue({sampled.points, sampled.weights});
+  if (cuts != nullptr && lattice_.pieces() != nullptr) lattice_.AddFrontFunctions();
   thickness_ = LocalThickness(rest_, normals_, 3 * kFinestResolved * CellSize(lattice_).mean());
   AddElasticity(sampled, elastic);
   AddSupports(elastic);

@@ -9,7 +9,6 @@
 namespace hpdm {
 namespace {
 
-constexpr int kMaxRounds = 200;
 constexpr std::size_t kMaxPairs = 20;
 constexpr int kMaxConjugateGradients = 2000;
 constexpr double kForcing = 1e-2;  // residual of a tangent's solve over its right-hand side
@@ -114,8 +113,13 @@ SteppedBody Stepped(const CorotationalBody& body) {
   return stepped;
 }
 
-TetraStepper::TetraStepper(SteppedBody body, const BlockMatrix& springs, StepMethod method)
-    : body_(std::move(body)), springs_(springs), method_(method), K_(springs) {
+TetraStepper::TetraStepper(SteppedBody body, const BlockMatrix& springs, StepMethod method,
+                           int most_rounds)
+    : body_(std::move(body)),
+      springs_(springs),
+      method_(method),
+      most_rounds_(most_rounds),
+      K_(springs) {
   u_ = Points::Zero(springs.rows(), 3);
   inverse_diagonal_.resize(static_cast<std::size_t>(springs.rows()));
   if (method_ != StepMethod::kConjugateGradients) factor_.analyzePattern(LowerTriangle(K_));
@@ -244,7 +248,7 @@ TetraStepper::Result TetraStepper::MoveTo(const std::vector<TetraRow>& patches,
   pairs_.clear();
   std::optional<Patches> rows;
   Points gradient;
-  for (; result.rounds < kMaxRounds; ++result.rounds) {
+  for (; result.rounds < most_rounds_; ++result.rounds) {
     if (!quasi) {
       Linearise(&gradient);
       if (!Factorise()) return result;

@@ -42,7 +42,10 @@ class TetraStepper {
  public:
   /// Analyses and factorises the stiffness at rest. `springs`: the supports (MakeTetraProblem), which
   /// must outlive this. Throws InputError if nothing holds the body.
-  TetraStepper(SteppedBody body, const BlockMatrix& springs, StepMethod method);
+  /// A step ends after `most_rounds` at the latest. With one round a solver follows the tangent, as
+  /// simulators do that solve one linear system a step.
+  TetraStepper(SteppedBody body, const BlockMatrix& springs, StepMethod method,
+               int most_rounds = 200);
 
   /// Residual forces over the forces at the patches, at which a step ends.
   static constexpr double kTolerance = 1e-3;
@@ -82,6 +85,7 @@ class TetraStepper {
   SteppedBody body_;
   const BlockMatrix& springs_;
   StepMethod method_;
+  int most_rounds_;
   BlockMatrix K_;
   Eigen::SimplicialLLT<Eigen::SparseMatrix<double>> factor_;
   std::vector<Matrix3d> inverse_diagonal_;

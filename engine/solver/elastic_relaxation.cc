@@ -38,8 +38,10 @@ FullStiffness StiffnessAtRest(const ElasticEnergy& energy) {
 
 // Each step solves the contact problem of the quadratic model at U with H for the inverse Hessian:
 //     d = -H g + H B^T f,   contacts hold at U + d.
-// The first step is taken whole, so the contacts hold after it. The points that satisfy them are a
-// convex set, in which the later steps descend as far as the energy falls.
+// The first step is taken whole, so the contacts hold after it. The later ones are as long as the
+// potential falls: E less the work of the contacts' forces, which go from those of the last iteration
+// to the new ones. Without that work a step that yields to an indentation or to another organ seems to
+// climb.
 class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, FullStiffness K, const NewtonOptions& options,
@@ -57,6 +59,8 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
         trial_gradient_(at_),
         step_(at_),
         residual_(at_),
+        loads_(at_),
+        new_loads_(at_),
         response_(at_.size()),
         forces_response_(at_.size()),
         H0_gradient_(at_.size()),
@@ -132,6 +136,11 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     forces_response_.noalias() =
         columns_.leftCols(static_cast<Eigen::Index>(sides.size())) * forces;
     Unknowns(&step_) = forces_response_ - response_;
+    change_.setZero();
+    for (std::size_t e = 0; e < sides.size(); ++e) {
+      AddLoad(contacts, sides[e], forces[static_cast<Eigen::Index>(e)], &change_);
+    }
+    Unknowns(&new_loads_) = change_;
     const double length = TakeStep();
     ++result_.iterations;
     if (length == 0) {
@@ -143,14 +152,10 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
       return result_.converged;
     }
     // The residual g - B^T f, and the next step without a change of forces.
-    change_.setZero();
-    for (std::size_t e = 0; e < sides.size(); ++e) {
-      AddLoad(contacts, sides[e], forces[static_cast<Eigen::Index>(e)], &change_);
-    }
-    const double done = std::abs(change_.dot(forces_response_));
+    const double done = std::abs(Unknowns(new_loads_).dot(forces_response_));
     response_ = H0_gradient_;
     secants_.Apply(Unknowns(gradient_), response_);
-    Unknowns(&residual_) = Unknowns(gradient_) - change_;
+    residual_ = gradient_ - new_loads_;
     forces_response_ = H0_gradient_;
     for (std::size_t e = 0; e < sides.size(); ++e) {
       forces_response_ -=
@@ -337,7 +342,10 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
 
   // Moves along step_ and returns the length. Remembers the change of the gradient.
   double TakeStep() {
-    const double slope = gradient_.cwiseProduct(step_).sum();
+    // The contacts' work along the whole step with the forces before and after it, J.
+    const double work = loads_.cwiseProduct(step_).sum();
+    const double new_work = new_loads_.cwiseProduct(step_).sum();
+    const double slope = gradient_.cwiseProduct(step_).sum() - work;
     // Differences at the level of round-off do not shorten the step.
     const double slack = 1e-12 * std::abs(value_);
     double length = 1, value = 0;
@@ -345,14 +353,17 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
       trial_ = at_ + length * step_;
       value = energy_.Gradient(trial_, &trial_gradient_);
       if (result_.iterations == 0) break;
-      if (value - value_ <= kSufficient * length * slope + slack) break;
+      const double done = length * work + length * length / 2 * (new_work - work);
+      if (value - value_ - done <= kSufficient * length * slope + slack) break;
       // Near the minimum, round-off hides the energy's change before it hides its slope.
-      if (std::abs(trial_gradient_.cwiseProduct(step_).sum()) <= kFlattened * std::abs(slope))
-        break;
+      const double left =
+          trial_gradient_.cwiseProduct(step_).sum() - work - length * (new_work - work);
+      if (std::abs(left) <= kFlattened * std::abs(slope)) break;
     }
     if (!(length > kLeastLength) || (!std::isfinite(value) && result_.iterations > 0)) return 0;
     at_ = trial_;
     value_ = value;
+    loads_ += (result_.iterations == 0 ? 1 : length) * (new_loads_ - loads_);
     H0_trial_ = Unknowns(trial_gradient_);
     ApplyAtRest(H0_trial_);
     change_ = Unknowns(trial_gradient_) - Unknowns(gradient_);
@@ -381,6 +392,7 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
   // (n + slots) x 3 each:
   Points at_;  // m: where the last step ended
   Points trial_, gradient_, trial_gradient_, step_, residual_;
+  Points loads_, new_loads_;  // N: B^T f of the last iteration and of the present one
   // 3(n + slots) each:
   Eigen::VectorXd response_;         // m: H g
   Eigen::VectorXd forces_response_;  // m

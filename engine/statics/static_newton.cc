@@ -13,7 +13,7 @@ namespace {
 using Vector = Eigen::VectorXd;
 
 // Largest last step over U such that the next one, its square, is round-off.
-constexpr double kSettled = 1e-7;
+constexpr double kSettledStep = 1e-7;
 using VectorMap = Eigen::Map<Vector>;
 
 VectorMap AsVector(Points* U) { return {U->data(), U->size()}; }
@@ -91,7 +91,7 @@ class StaticNewton {
       state_.residual = size > 0 ? (AsVector(&gradient_) - load).norm() / size : 0;
       // A small residual alone is not enough: functions with little tissue hardly resist and may
       // still be far from equilibrium.
-      const bool settled = length * step_.norm() <= kSettled * state_.U.norm();
+      const bool settled = length * step_.norm() <= kSettledStep * state_.U.norm();
       if (length == 1 && state_.residual <= tolerance && (settled || state_.share < 1)) return true;
     }
     return false;

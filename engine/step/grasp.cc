@@ -88,9 +88,25 @@ bool Grasp::TakeBetween(const ToolPose& tool, const ToolGeometry& geometry, cons
     return false;
   }
   middle_T_ = sum / held;
-  contact->at = footprints_[0][held / 2].at;
+  contact->at = MiddleOfNearerFace(model.rest(), contact->at);
   contact->UpdateNeighbourhood(model, state);
   return true;
+}
+
+// Returns the middle of the face that lies nearer to `pressed` at rest, of any face if the tip pressed
+// nothing. Jaws around a wall have one face inside of it; when they let go, the tip is still on the side
+// from which it came.
+SurfacePoint Grasp::MiddleOfNearerFace(const SurfaceMesh& rest, const SurfacePoint& pressed) const {
+  const auto middle = [this](std::size_t jaw) {
+    return footprints_[jaw][footprints_[jaw].size() / 2].at;
+  };
+  if (pressed.triangle < 0) return middle(0);
+  const Vector3d p = pressed.Position(rest.vertices, rest.triangles);
+  const auto distance = [&](const SurfacePoint& at) {
+    return (at.Position(rest.vertices, rest.triangles) - p).squaredNorm();
+  };
+  const SurfacePoint one = middle(0), other = middle(1);
+  return distance(one) <= distance(other) ? one : other;
 }
 
 bool Grasp::TakeTouched(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,

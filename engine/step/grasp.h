@@ -72,6 +72,7 @@ class Grasp {
  private:
   bool TakeBetween(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
                    OrganState* state, TipContact* contact);
+  SurfacePoint MiddleOfNearerFace(const SurfaceMesh& rest, const SurfacePoint& pressed) const;
   bool TakeTouched(const ToolPose& tool, const ToolGeometry& geometry, const OrganModel& model,
                    OrganState* state, TipContact* contact);
   void Tie(const ToolPose& tool, const OrganModel& model, OrganState* state,

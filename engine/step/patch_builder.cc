@@ -107,16 +107,8 @@ CondensedPlace Condensed(const TipContact& contact, const TipPress& press, const
     branches_W = state->memory.BranchesAt(b);
     relaxed_W += state->memory.Excess(branches_W);
   }
-  Matrix3d compliance_W = Matrix3d::Zero();
-  if (state->attached) {
-    for (int k = 0; k < 3; ++k) {
-      compliance_W +=
-          contact.at.barycentric[k] * (*state->vertex_compliances)[static_cast<std::size_t>(
-                                          model.rest().triangles(contact.at.triangle, k))];
-    }
-  } else {
-    compliance_W = state->relaxation->compliance()->PointCompliance(b.Head(model.control_points()));
-  }
+  const Matrix3d compliance_W =
+      state->present_compliance->PointCompliance(b.Head(model.control_points()));
   return {x_W, state->tips.Released(b, relaxed_W), compliance_W + contact.C_loc_W,
           state->memory.InSeries(b.Head(model.control_points())), branches_W};
 }

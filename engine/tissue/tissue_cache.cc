@@ -84,10 +84,15 @@ Digest::Value KeyOf(const SurfaceMesh& mesh, const OrientedBox& box,
   key.Add(box.axes);
   key.Add(box.lengths);
   for (const int count : cells) key.Add(count);
-  // All members but the cuts, whose samples are not kept.
   const auto& [resolution, gauss_points, moment_degree, support_cells, cuts] = options;
   for (const int option : {resolution, gauss_points, moment_degree}) key.Add(option);
   for (const int option : support_cells) key.Add(option);
+  for (std::size_t cut = 0; cuts != nullptr && cut < cuts->size(); ++cut) {
+    key.Add((*cuts)[cut].triangles().size());
+    for (const CutSurface::Triangle& triangle : (*cuts)[cut].triangles()) {
+      for (const Vector3d& corner : triangle) key.Add(corner);
+    }
+  }
   return key.value();
 }
 
@@ -138,7 +143,8 @@ Digest::Value ContentsOf(const TissueQuadrature& tissue, const TissuePieces::Dat
 }
 
 std::optional<TissueQuadrature> Read(const fs::path& path, const Digest::Value& key,
-                                     const std::array<int, 3>& cells_along) {
+                                     const std::array<int, 3>& cells_along,
+                                     const CutSurfaces& cuts) {
   const std::uint64_t cells =
       static_cast<std::uint64_t>(cells_along[0]) * cells_along[1] * cells_along[2];
   std::ifstream file(path, std::ios::binary);
@@ -169,7 +175,7 @@ std::optional<TissueQuadrature> Read(const fs::path& path, const Digest::Value& 
     file.read(static_cast<char*>(data), static_cast<std::streamsize>(bytes));
   });
   if (!file || ContentsOf(tissue, pieces) != header.contents) return std::nullopt;
-  tissue.pieces = TissuePieces(std::move(pieces));
+  tissue.pieces = TissuePieces(std::move(pieces), cuts);
   return tissue;
 }
 
@@ -263,10 +269,10 @@ fs::path TissueCacheFolder() {
 TissueQuadrature CachedTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,
                               const std::array<int, 3>& cells, const InteriorOptions& options,
                               const fs::path& folder) {
-  if (folder.empty() || options.cuts != nullptr) return SampleTissue(mesh_W, box_W, cells, options);
+  if (folder.empty()) return SampleTissue(mesh_W, box_W, cells, options);
   const Digest::Value key = KeyOf(mesh_W, box_W, cells, options);
   const fs::path path = folder / HexName(key);
-  if (std::optional<TissueQuadrature> kept = Read(path, key, cells)) {
+  if (std::optional<TissueQuadrature> kept = Read(path, key, cells, options.cuts)) {
     std::error_code error;  // a read-only folder keeps the old time
     fs::last_write_time(path, fs::file_time_type::clock::now(), error);
     return std::move(*kept);

@@ -19,13 +19,12 @@ std::filesystem::path TissueCacheFolder();
 /// read.
 ///
 /// 1. The file name is a 128-bit digest of everything that decides the result: vertices, triangles,
-///    box, cells, options, the sampler's source and the compiler.
+///    box, cells, options, cuts, the sampler's source and the compiler.
 /// 2. The file contains that digest, its sizes and a digest of its contents. A file that disagrees
 ///    in any of them is replaced.
 /// 3. Files are renamed into place, so programs may share the folder.
 /// 4. Above 256 MiB the least recently used files are removed.
-/// 5. Tissue with cuts is not kept.
-/// 6. An empty folder name, or a missing or read-only folder, keeps nothing and is not an error.
+/// 5. An empty folder name, or a missing or read-only folder, keeps nothing and is not an error.
 ///
 /// Set-up only; any thread. Throws what SampleTissue throws.
 TissueQuadrature CachedTissue(const SurfaceMesh& mesh_W, const OrientedBox& box_W,

@@ -74,6 +74,7 @@ void HapticContact::Locate(TipPose tip) noexcept {
     step_ = MaxwellStep(patch_->prony, elapsed > 0 ? elapsed : period_);
   }
   const bool holds = organ_ >= 0 && patch_->kind == ContactKind::kGrasp && tip.jaw <= kJawLetsGo;
+  way_T_.setZero();
   if (!holds) {
     slip_T_.setZero();
     slip_length_ = 0;
@@ -183,6 +184,7 @@ void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
 
 // Makes the found force the tick's result.
 void HapticContact::Apply() noexcept {
+  KeepSlip();
   if (in_lattice_) {
     SetReaction(found_W_);
   } else {
@@ -231,6 +233,7 @@ Matrix3d HapticContact::ConstantCouplingTo(PlaceId place) const {
 void HapticContact::FindForce() noexcept {
   moved_W_ = pushed_W_;
   if (!in_lattice_) return;
+  TakeSlipBack();
   SlipInJaws(WayInJaws(TipForce(tip_)));
   found_W_ = TipForce(tip_);
 }
@@ -241,6 +244,8 @@ void HapticContact::FindForces(HapticContact* a, HapticContact* c) noexcept {
     c->FindForce();
     return;
   }
+  a->TakeSlipBack();
+  c->TakeSlipBack();
   const Matrix3d coupling_W = a->CouplingTo(*c);
   Vector3d &force_a_W = a->found_W_, &force_c_W = c->found_W_;
   TipForces(a->tip_, c->tip_, coupling_W, &force_a_W, &force_c_W);

@@ -181,6 +181,8 @@ class HapticContact {
   bool InLattice() const noexcept { return in_lattice_; }
   /// Its force on the tissue, N, from FindForce or FindForces; before them that of the last tick.
   const Vector3d& found_W() const noexcept { return found_W_; }
+  /// Returns the compliance under the last tick's force, m/N, of a contact InLattice().
+  Matrix3d OwnCompliance() const noexcept { return ComplianceAt(tip_, found_W_); }
   /// Returns the compliance to another located contact on the same organ, m/N; zero if the step did
   /// not know both.
   Matrix3d CouplingTo(const HapticContact& other) const noexcept;
@@ -273,6 +275,8 @@ class HapticContact {
   Vector3d WayInJaws(const Vector3d& force_on_tissue_W) const;
   double ShareOfWay(const Vector3d& before_W, const Vector3d& after_W) const;
   void SlipInJaws(const Vector3d& way_T);
+  void TakeSlipBack();
+  void KeepSlip();
   void LoseContact();
 
   double period_;      // s
@@ -324,6 +328,7 @@ class HapticContact {
   // State of the grasp between ticks.
   Vector3d slip_T_ = Vector3d::Zero();  // way of the tissue along the faces, m
   double slip_length_ = 0;              // length of that way, m
+  Vector3d way_T_ = Vector3d::Zero();   // of this tick, not yet in slip_T_, m
   Matrix3d R_WT_ = Matrix3d::Identity();
 
   // State within a tick, reaction "lattice".

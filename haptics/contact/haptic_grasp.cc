@@ -73,9 +73,19 @@ double HapticContact::ShareOfWay(const Vector3d& before_W, const Vector3d& after
 }
 
 void HapticContact::SlipInJaws(const Vector3d& way_T) {
-  slip_T_ += way_T;
-  slip_length_ += way_T.norm();
+  way_T_ += way_T;
   tip_.p_current_W += R_WT_ * way_T;
+}
+
+// Puts the held point back to where it was in the jaws when the tick began. Each round over the contacts
+// finds the slip of the whole tick, so a force that only an early round has leaves none.
+void HapticContact::TakeSlipBack() { SlipInJaws(Vector3d(-way_T_)); }
+
+// Ends the tick: its slip stays.
+void HapticContact::KeepSlip() {
+  slip_T_ += way_T_;
+  slip_length_ += way_T_.norm();
+  way_T_.setZero();
 }
 
 }  // namespace hpdm

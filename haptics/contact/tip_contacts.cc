@@ -1,6 +1,9 @@
 #include "haptics/contact/tip_contacts.h"
 
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
 #include <span>
 
 namespace hpdm {
@@ -10,6 +13,17 @@ namespace {
 // largest. Each round solves every contact with the others' last forces (block Gauss-Seidel).
 constexpr int kMaxContactRounds = 12;
 constexpr double kSettledChange = 1e-9;
+
+// Largest coupling of two contacts over the root of their own compliances. It is below 1 in tissue. A
+// contact that has moved since the step keeps the step's coupling while its own compliance follows it.
+// The coupling can then be too large, and the rounds would diverge.
+constexpr double kClosest = 0.95;
+
+// The rounds diverge if one changes the forces by this factor more than the first round did, and by
+// more than this share of the largest force. They start again with halved couplings, twice; the last
+// time without any.
+constexpr double kDivergedFactor = 10, kDivergedShare = 0.1;
+constexpr int kMaxWeakened = 3;
 
 }  // namespace
 
@@ -89,8 +103,29 @@ class CoupledContacts {
 
   void FindForces() {
     const bool in_blocks = Pair();
-    for (std::size_t i = 0; i < count_; ++i) last_W_[i] = members_[i].contact->found_W();
+    for (std::size_t i = 0; i < count_; ++i) start_W_[i] = members_[i].contact->found_W();
     if (in_blocks) FillCouplings();
+    for (int weakened = 1; !Iterate(in_blocks) && weakened <= kMaxWeakened; ++weakened) {
+      const double kept = weakened < kMaxWeakened ? 0.5 : 0;
+      for (std::size_t i = 0; i < count_; ++i) {
+        for (std::size_t j = 0; j < count_; ++j) coupling_W_[i][j] *= kept;
+      }
+    }
+  }
+
+ private:
+  static constexpr std::size_t kMost = kMaxInstruments * kToolPlaces;
+  static constexpr std::size_t kNone = kMost;
+  struct Member {
+    HapticContact* contact = nullptr;
+    bool is_shaft = false;
+    std::size_t partner = kNone;  // the only other tip on the organ: solved with it
+  };
+
+  // False if the rounds diverge.
+  bool Iterate(bool in_blocks) {
+    last_W_ = start_W_;
+    double first = 0;
     for (int round = 0; round < kMaxContactRounds; ++round) {
       double change = 0, largest = 0;
       for (std::size_t i = 0; i < count_; ++i) {
@@ -106,18 +141,13 @@ class CoupledContacts {
         }
         Take(i, &change, &largest);
       }
-      if (!in_blocks || !(change > kSettledChange * largest)) break;
+      if (!in_blocks || change <= kSettledChange * largest) return true;
+      if (round == 0) first = change;
+      const double grown = round + 1 < kMaxContactRounds ? kDivergedFactor : 1;
+      if (!(change <= grown * first || change <= kDivergedShare * largest)) return false;
     }
+    return true;
   }
-
- private:
-  static constexpr std::size_t kMost = kMaxInstruments * kToolPlaces;
-  static constexpr std::size_t kNone = kMost;
-  struct Member {
-    HapticContact* contact = nullptr;
-    bool is_shaft = false;
-    std::size_t partner = kNone;  // the only other tip on the organ: solved with it
-  };
 
   // Finds the partners. True if more than partners share an organ.
   bool Pair() {
@@ -138,14 +168,30 @@ class CoupledContacts {
     return in_blocks;
   }
   void FillCouplings() {
+    std::array<Matrix3d, kMost> root_W;  // L of L L^T = own compliance
     for (std::size_t i = 0; i < count_; ++i) {
+      root_W[i] = members_[i].contact->OwnCompliance().llt().matrixL();
+      coupling_W_[i][i].setZero();
       for (std::size_t j = 0; j < i; ++j) {
-        coupling_W_[i][j] = members_[i].partner == j
-                                ? Matrix3d::Zero()
-                                : members_[i].contact->CouplingTo(*members_[j].contact);
-        coupling_W_[j][i] = coupling_W_[i][j].transpose();
+        Matrix3d& coupling_W = coupling_W_[i][j];
+        coupling_W = members_[i].partner == j
+                         ? Matrix3d::Zero()
+                         : members_[i].contact->CouplingTo(*members_[j].contact);
+        if (!coupling_W.isZero(0)) {
+          coupling_W *= std::min(1.0, kClosest / Closeness(root_W[i], coupling_W, root_W[j]));
+        }
+        coupling_W_[j][i] = coupling_W.transpose();
       }
     }
+  }
+  // Returns the norm of L_i^-1 C_ij L_j^-T: below 1 the two contacts' joint compliance is positive.
+  static double Closeness(const Matrix3d& root_i, const Matrix3d& coupling,
+                          const Matrix3d& root_j) {
+    const auto half = root_i.triangularView<Eigen::Lower>().solve(coupling).eval();
+    const Matrix3d share = root_j.triangularView<Eigen::Lower>().solve(half.transpose()).eval();
+    Eigen::SelfAdjointEigenSolver<Matrix3d> squares;
+    squares.computeDirect(share * share.transpose(), Eigen::EigenvaluesOnly);
+    return std::sqrt(std::max(squares.eigenvalues()[2], 0.0));
   }
   void Push(std::size_t i) {
     Vector3d moved_W = Vector3d::Zero();
@@ -163,7 +209,7 @@ class CoupledContacts {
 
   std::size_t count_ = 0;
   std::array<Member, kMost> members_;
-  std::array<Vector3d, kMost> last_W_;
+  std::array<Vector3d, kMost> start_W_, last_W_;
   std::array<std::array<Matrix3d, kMost>, kMost> coupling_W_;
 };
 
@@ -192,7 +238,9 @@ void TipContacts::Finish() {
   for (HapticContact& place : places_) place.Apply();
   const auto weight = [](const HapticContact& place) {
     const HapticForce& force = place.result();
-    return force.kind == ContactKind::kGrasp ? 1e300 : force.reaction_W.squaredNorm();
+    if (force.kind == ContactKind::kGrasp) return 1e300;
+    // A contact that has ended and fades out does not hide one that presses.
+    return force.kind == ContactKind::kNone ? -1 : force.reaction_W.squaredNorm();
   };
   const auto main =
       std::max_element(places_.begin(), places_.end(),

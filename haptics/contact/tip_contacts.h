@@ -10,9 +10,9 @@ namespace hpdm {
 /// The contacts of one tool in a tick: one HapticContact for each place of its patches
 /// (ToolPatches), the tip's and the shaft's, all at the same pose. The pose is given, so contacts on
 /// different organs do not change each other. Those on one organ do: two tips, of two tools or of one in
-/// a notch, are solved together, more of them and a shaft's contacts in rounds. The hand feels the sum of the forces, those
-/// of the shaft as they act on the device's axes (OnTip). Its torque about the shaft and across the
-/// axes has no actuator. Haptic thread; wait-free, no allocation, never throws.
+/// a notch, are solved together, more of them and a shaft's contacts in rounds. The hand feels the sum
+/// of the forces, those of the shaft as they act on the device's axes (OnTip). Its torque about the
+/// shaft and across the axes has no actuator. Haptic thread; wait-free, no allocation, never throws.
 class TipContacts {
  public:
   /// `period`: haptic period, s.

@@ -13,7 +13,7 @@ namespace {
 constexpr double kHold = 0.6;                // s
 constexpr double kJawTime = 0.3;             // s, to open or close
 constexpr double kMinReachTime = 0.1;        // s
-constexpr double kMaxSpread = 0.020;         // m
+constexpr double kMaxSpread = 0.15;          // of the organ's size
 constexpr double kMaxHover = 0.030;          // m
 constexpr double kTapHeight = 0.006;         // m
 constexpr double kLightPress = 0.003;        // m: jaws take only what touches them
@@ -38,6 +38,9 @@ void Validate(const HandOptions& options, const HandSite& site) {
   if (!(std::isfinite(options.depth) && options.depth >= 0)) {
     refuse("depth: negative or not finite; give a depth in m");
   }
+  if (!(std::isfinite(options.spread) && options.spread > 0)) {
+    refuse("spread: not positive; give a length in m");
+  }
   if (!site.p_target_W.allFinite()) refuse("target: not finite; give a point in m");
   if (!site.normal_W.allFinite() || !(site.normal_W.norm() > 0)) {
     refuse("target: the surface has no normal there; choose another point");
@@ -53,7 +56,7 @@ HandScriptPlan::HandScriptPlan(const HandOptions& options, const HandSite& site)
     : options_(options), site_(site), random_(options.seed) {
   Validate(options, site);
   R_WS_ = SiteFrame(site.normal_W);
-  spread_ = std::min(kMaxSpread, 0.15 * site.organ_size);
+  spread_ = std::min(options.spread, kMaxSpread * site.organ_size);
   hover_ = std::min(kMaxHover, 0.2 * site.organ_size);
 
   const Vector3d p_hover = At(0, 0, hover_);

@@ -53,9 +53,9 @@ struct WayPoint {
 ///   random      seeded way points around the target, pokes up to `depth`, jaw and roll moves
 ///
 /// Reaches take distance / `speed`. The jaw stays open in palpate, tap and slide, so a grasper
-/// never takes hold there. Distances along the surface shrink with organs smaller than about 0.13
-/// m. Every way point lies within 45 mm + `depth` of the target; the start is up to 60 mm farther
-/// out. No allocation after construction.
+/// never takes hold there. Distances along the surface reach `spread`, but at most 0.15 of the organ's
+/// size. With `spread` = 20 mm every way point lies within 45 mm + `depth` of the target; the start is
+/// up to 60 mm farther out. No allocation after construction.
 class HandScriptPlan {
  public:
   /// Throws InputError if the options or the site make no movement possible.

@@ -47,6 +47,7 @@ struct HandOptions {
   std::optional<Vector3d> target;  ///< World point on the organ's surface, m; absent: where the
                                    ///< line from the trocar to the organ's centre enters it.
   double depth = 0.015;            ///< m: intended press depth (or lift, or pull).
+  double spread = 0.02;            ///< m: farthest place from the target along the surface.
   double speed = 0.08;             ///< m/s: mean speed of a reach.
   double stiffness = 300;          ///< N/m: the hand's impedance.
   double damping = 6;              ///< N s/m.

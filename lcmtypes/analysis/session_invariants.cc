@@ -20,6 +20,7 @@ constexpr double kLimitBound = 1 + 1e-12;
 // The aim is 0.01; a slide under patches that are 34 ms late gives back up to 0.023 (tools/stress/RESULTS.md).
 constexpr double kEnergyBound = 0.03;
 constexpr double kLeastWork = 1e-4;  // J put into a contact that is judged
+constexpr double kReleased = 0.1;    // s after a contact the steps have released the tissue
 constexpr double kWorkBound = 0.02;  // W
 constexpr double kWorkWindow = 1;    // s, at least
 constexpr double kRestBound = 1e-6;  // m
@@ -77,8 +78,9 @@ class TickJudges {
   }
 
  private:
-  /// Energy of all hands since the last tick in which all tools were free, J.
+  /// Energy of all hands since all tools were last free for kReleased, J.
   struct ContactWork {
+    double last = 0;    // s, of a contact
     double put_in = 0;  // the positive part
     double work = 0;
     bool judged = true;
@@ -118,11 +120,12 @@ class TickJudges {
       free = free && tool.kind == ContactKind::kNone;
     }
     std::copy_n(sample.tools.begin(), sample.tool_count, last_tools_.begin());
-    if (!free) return;
+    if (!free) contact_.last = now;
+    if (now - contact_.last < kReleased) return;
     if (contact_.judged && contact_.put_in >= kLeastWork) {
       energy_.Add(0 - contact_.work / contact_.put_in, now);
     }
-    contact_ = {};
+    contact_ = {.last = contact_.last};
   }
 
   void AddWork(const HapticSample& sample, double now) {

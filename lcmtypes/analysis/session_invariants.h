@@ -51,8 +51,9 @@ struct Invariant {
 ///            change since the last output. A switched-off force is exempt (force_guard.h), and so
 ///            is a change across a lost tick
 ///   energy   share of the work put into a contact that the hands got back beyond it: of the force
-///            before the guard, from the first touch of any tool until all are free. The organs are
-///            then at rest, so friction can only make it negative. Judged under the condition of
+///            before the guard, from the first touch of any tool until all have been free for 0.1 s.
+///            The organs are then at rest, so friction can only make it negative; a tool that loses
+///            its place for a tick does not end the contact. Judged under the condition of
 ///            `work`, from 0.1 mJ put in. A contact in which jaws hold is exempt: they do work
 ///            themselves, and tissue that they let go keeps what it had stored. So is one with a
 ///            lost or skipped tick, a pause, or a tick whose output a thinned log leaves out

@@ -67,8 +67,10 @@ void AddLatticeMarks(const OrganModel& model, const Eigen::VectorXf& presence,
   const Lattice& lattice = model.lattice_organ()->lattice();
   const TensorBasis& basis = lattice.basis();
   const Points points = DisplacedControlPoints(lattice, shape);
-  // The lines of the coarsest level.
-  for (int a = 0; a < static_cast<int>(lattice.kept().size()); ++a) {
+  // The lines of the coarsest level. What a front's functions have is no displacement.
+  const int coarse = static_cast<int>(lattice.kept().size()),
+            fronts = coarse - lattice.front_functions();
+  for (int a = 0; a < fronts; ++a) {
     const int index = lattice.kept()[a];
     const int ny = basis.axis(1).count(), nz = basis.axis(2).count();
     const std::array<int, 3> at = {index / (ny * nz), index / nz % ny, index % nz};
@@ -86,7 +88,7 @@ void AddLatticeMarks(const OrganModel& model, const Eigen::VectorXf& presence,
     }
   }
   for (Eigen::Index a = 0; a < points.rows(); ++a) {
-    if (presence[a] == 0) continue;
+    if (presence[a] == 0 || (fronts <= a && a < coarse)) continue;
     marks->push_back(PointAt(points, a, 2, kPointColour, presence[a]));
   }
   const Points local = DisplacedLocalFunctions(model, shape);

@@ -15,6 +15,7 @@ constexpr double kMaxTime = 36000;       // s
 constexpr double kMaxTissueForce = 100;  // N
 constexpr double kMaxArea = 1;           // m^2
 constexpr std::size_t kMaxText = 200;    // bytes of a text on the screen
+constexpr std::size_t kMaxLinePoints = 64;
 
 void ReadText(const TableReader& table, std::string_view key, std::string* text) {
   if (table.ReadString(key, text) && text->size() > kMaxText) {
@@ -176,6 +177,7 @@ constexpr ErrorKind kKinds[] = {
     {ExerciseErrorKind::kTear, "tear", 1e-5},
     {ExerciseErrorKind::kBurn, "burn of an organ", 0.3},
     {ExerciseErrorKind::kStrayBurn, "hook energised away from tissue", 0.5},
+    {ExerciseErrorKind::kNearBurn, "burn too near", 0.1},
     {ExerciseErrorKind::kDrop, "tissue dropped", 0.01},
     {ExerciseErrorKind::kInverted, "tissue overstretched", 0},
     {ExerciseErrorKind::kBadClip, "clip badly placed", kClipAngle},
@@ -214,6 +216,23 @@ int ReadBefore(const TableReader& table, const std::vector<ExerciseStepOptions>&
   return static_cast<int>(found - steps.begin());
 }
 
+// Reads the line that the tip must not be near, or along which an organ may be laid down.
+void ReadNearness(const TableReader& table, ExerciseErrorOptions* error) {
+  if (error->kind == ExerciseErrorKind::kNearBurn) {
+    table.Require("path", "give the points of a line in m, such as a bile duct's axis");
+    table.Require("within", "give the distance from the line in m");
+  } else if (error->kind == ExerciseErrorKind::kDrop) {
+    RequireBeside(table, "path", "within");
+    RequireBeside(table, "within", "path");
+    if (table.Has("path")) RefuseOther(table, "limit");
+  } else {
+    RefuseOther(table, "path");
+    RefuseOther(table, "within");
+  }
+  table.ReadPoints("path", kCoordinate, kMaxLinePoints, &error->path_W);
+  table.ReadNumber("within", Interval::Positive(1, "m"), &error->within);
+}
+
 ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
                                const std::vector<ExerciseStepOptions>& steps) {
   ExerciseErrorOptions error;
@@ -223,6 +242,7 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
                     {"tear", ExerciseErrorKind::kTear},
                     {"burn", ExerciseErrorKind::kBurn},
                     {"stray_burn", ExerciseErrorKind::kStrayBurn},
+                    {"near_burn", ExerciseErrorKind::kNearBurn},
                     {"drop", ExerciseErrorKind::kDrop},
                     {"inverted", ExerciseErrorKind::kInverted},
                     {"bad_clip", ExerciseErrorKind::kBadClip},
@@ -249,6 +269,7 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
     table.Fail("has neither duct nor organ",
                "name the ducts that may be clipped, or an organ that must not be");
   }
+  ReadNearness(table, &error);
   if (error.kind == ExerciseErrorKind::kEarlyClip || error.kind == ExerciseErrorKind::kEarlyCut) {
     error.before = ReadBefore(table, steps);
   } else {

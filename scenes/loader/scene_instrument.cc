@@ -75,6 +75,7 @@ HandOptions ReadHand(const TableReader& table, InstrumentType type,
   Vector3d target = Vector3d::Zero();
   if (table.ReadVector("target", kCoordinate, &target)) hand.target = target;
   table.ReadNumber("depth", Interval::Positive(0.5, "m"), &hand.depth);
+  table.ReadNumber("spread", Interval::Positive(0.5, "m"), &hand.spread);
   table.ReadNumber("speed", Interval::Positive(5, "m/s"), &hand.speed);
   table.ReadNumber("stiffness", Interval::Positive(1e5, "N/m"), &hand.stiffness);
   table.ReadNumber("damping", Interval::NotNegative(1e4, "N s/m"), &hand.damping);

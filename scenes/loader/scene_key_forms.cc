@@ -182,6 +182,10 @@ kind = "force"
 [[exercise.error]]
 kind = "early_cut"
 before = "a"
+[[exercise.error]]
+kind = "near_burn"
+path = [[0, 0, 0], [0, 0, 1]]
+within = 1
 
 [[file]]
 name = "a.obj"

@@ -31,6 +31,7 @@ inline constexpr std::string_view kLatticeKeys[] = {"basis",
                                                     "cells",
                                                     "margin",
                                                     "split",
+                                                    "notch_functions",
                                                     "local_functions",
                                                     "local_refinement",
                                                     "adaptive_functions",
@@ -98,8 +99,9 @@ inline constexpr std::string_view kDeviceKeys[] = {"profile",
                                                    "max_insertion",
                                                    "delay",
                                                    "passivity_control"};
-inline constexpr std::string_view kHandKeys[] = {
-    "script", "seed", "organ", "target", "depth", "speed", "stiffness", "damping", "tremor"};
+inline constexpr std::string_view kHandKeys[] = {"script",  "seed",   "organ", "target",
+                                                 "depth",   "spread", "speed", "stiffness",
+                                                 "damping", "tremor"};
 
 inline constexpr std::string_view kTraceKeys[] = {"file", "scale", "rotation_deg", "position",
                                                   "speed"};
@@ -112,8 +114,8 @@ inline constexpr std::string_view kExerciseKeys[] = {"name",    "goal", "time_li
 inline constexpr std::string_view kExerciseStepKeys[] = {
     "name", "instruction", "hold", "hold_with", "lift",  "touch", "touch_with", "at",    "within",
     "free", "from",        "area", "clip",      "clips", "cut",   "release",    "force", "time"};
-inline constexpr std::string_view kExerciseErrorKeys[] = {"kind", "name",   "limit", "organ",
-                                                          "duct", "before", "points"};
+inline constexpr std::string_view kExerciseErrorKeys[] = {
+    "kind", "name", "limit", "organ", "duct", "before", "path", "within", "points"};
 inline constexpr std::string_view kLaparoscopeKeys[] = {
     "position", "target", "trocar", "angle_deg", "field_of_view_deg", "focal_length", "distortion"};
 

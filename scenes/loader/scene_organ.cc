@@ -55,10 +55,11 @@ LatticeOptions ReadLattice(const TableReader& table) {
   }
   table.ReadIntegers("cells", 1, kMaxCells, &lattice.cells);
   table.ReadNumber("margin", Interval::NotNegative(1, "m"), &lattice.margin);
-  if (!bspline && table.Has("split")) {
-    table.Fail("split", "needs basis = \"bspline\"", "remove it");
+  for (const char* key : {"split", "notch_functions"}) {
+    if (!bspline && table.Has(key)) table.Fail(key, "needs basis = \"bspline\"", "remove it");
   }
   table.ReadBoolean("split", &lattice.split);
+  table.ReadBoolean("notch_functions", &lattice.notch_functions);
   int functions = 0;
   if (table.ReadInteger("local_functions", 0, kMaxLocalFunctions, &functions)) {
     lattice.local.functions = functions;

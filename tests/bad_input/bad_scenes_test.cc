@@ -225,7 +225,7 @@ void AddLattices(Scenes* s) {
        Separate("cells=0; cells=-1; cells=65; cells=1000000; cells=64; cells=[4,4]; cells=4.0; "
                 "cells=4.5; cells=nan; cells='4'; degree=0; degree=4; degree=[1,2,3]; "
                 "degree=9223372036854775807; basis='nurbs'; margin=-0.1; margin=nan; margin=1; "
-                "split=false; split=1; "
+                "split=false; split=1; notch_functions=false; notch_functions=1; "
                 "local_functions=-1; local_functions=1000000; local_functions=250; "
                 "local_refinement=1; local_refinement=100")) {
     s->Lattice(line);
@@ -234,6 +234,8 @@ void AddLattices(Scenes* s) {
           SoundScene({.lattice = "basis='bernstein'\ndegree=30", .cells = ""}));
   s->Text("a Bernstein lattice that splits",
           SoundScene({.lattice = "basis='bernstein'\nsplit=true", .cells = ""}));
+  s->Text("a Bernstein lattice with notches",
+          SoundScene({.lattice = "basis='bernstein'\nnotch_functions=true", .cells = ""}));
   s->Text("a Bernstein lattice with cells", SoundScene({.lattice = "basis='bernstein'"}));
   s->Text("a Bernstein lattice with local functions",
           SoundScene({.lattice = "basis='bernstein'\nlocal_functions=8", .cells = ""}));
@@ -314,7 +316,8 @@ void AddInstruments(Scenes* s) {
            "tip_radius=0; tip_radius=-1; tip_radius=nan; tip_radius=1e-300; tip_radius=10; "
            "friction=-1; friction=inf; trocar_friction=-1; trocar_friction=1e300; "
            "trocar_torque=-1e-9; trocar_torque=2; type='spoon'; hand.seed=-1; hand.script='dance'; "
-           "hand.organ='lung'; hand.depth=nan; hand.depth=-1; hand.speed=0; hand.speed=1e9; "
+           "hand.organ='lung'; hand.depth=nan; hand.depth=-1; hand.spread=0; hand.speed=0; "
+           "hand.speed=1e9; "
            "device.mass=0; device.mass=-1; device.damping=nan; device.max_force=-1; "
            "device.max_force=1e300; device.encoder_step=-1; trace.file='no.csv'; trace.speed=0; "
            "trace.speed=nan; trace.scale=-1; exchange=[{name='probe'}]; jaws={}; mesh='no.obj'")) {
@@ -526,6 +529,16 @@ void AddExercises(Scenes* s) {
   exercise("with an early cut without a step", step, "kind='early_cut'\n");
   exercise("with an early clip before no step", step, "kind='early_clip'\nbefore='b'\n");
   exercise("with a force before a step", step, "kind='force'\nbefore='a'\n");
+  exercise("with a burn near nothing", step, "kind='near_burn'\nwithin=0.005\n");
+  exercise("with a burn near a point", step, "kind='near_burn'\npath=[[0,0,0]]\nwithin=0.005\n");
+  exercise("with a burn somewhere near", step, "kind='near_burn'\npath=[[0,0,0],[0,0,1]]\n");
+  exercise("with a burn near an organ", step,
+           "kind='near_burn'\npath=[[0,0,0],[0,0,1]]\nwithin=0.005\norgan='liver'\n");
+  exercise("with a burn of a line", step, "kind='burn'\npath=[[0,0,0],[0,0,1]]\n");
+  exercise("with a drop off a line anywhere", step, "kind='drop'\npath=[[0,0,0],[0,0,1]]\n");
+  exercise("with a drop off a line and its place", step,
+           "kind='drop'\nlimit=0.01\nwithin=0.01\npath=[[0,0,0],[0,0,1]]\n");
+  exercise("with a force within a distance", step, "kind='force'\nwithin=0.005\n");
 }
 
 void AddAttachments(Scenes* s) {

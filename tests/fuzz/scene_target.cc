@@ -112,6 +112,7 @@ void EnsureInstrument(const InstrumentOptions& instrument, std::set<std::string>
   const HandOptions& hand = instrument.hand;
   HPDM_ENSURE(hand.target.value_or(Vector3d::Zero()).allFinite());
   EnsureWithin(hand.depth, 1e-323, 0.5);
+  EnsureWithin(hand.spread, 1e-323, 0.5);
   EnsureWithin(hand.speed, 1e-323, 5);
   EnsureWithin(hand.stiffness, 1e-323, 1e5);
   EnsureWithin(hand.damping, 0, 1e4);

@@ -140,7 +140,8 @@ TEST(TickPromises, AThousandTicksAllocateNothing) {
   const long before = AllocationsOfThisThread();
   session.Run(700, 1700);
   EXPECT_EQ(AllocationsOfThisThread(), before);
-  std::make_unique<HapticSample>();
+  // A compiler may leave out an allocation that a new-expression makes.
+  ::operator delete(::operator new(1));
   EXPECT_GT(AllocationsOfThisThread(), before) << "the counter works";
 }
 

@@ -37,9 +37,11 @@ class Reference : public testing::TestWithParam<const char*> {};
 INSTANTIATE_TEST_SUITE_P(Cases, Reference,
                          testing::Values("beam", "bent_organ_lift", "gallbladder_duct",
                                          "gallbladder_press", "liver_lift", "liver_lift_40mm",
-                                         "liver_lift_5000", "liver_press", "liver_press_5000",
-                                         "liver_press_tip_2_5mm", "liver_press_tip_5mm", "notch",
-                                         "stomach_lift", "stomach_press"));
+                                         "liver_lift_40mm_firm_support",
+                                         "liver_lift_40mm_soft_support", "liver_lift_5000",
+                                         "liver_press", "liver_press_5000", "liver_press_tip_2_5mm",
+                                         "liver_press_tip_5mm", "notch", "stomach_lift",
+                                         "stomach_press"));
 
 TEST_P(Reference, BelongsToItsCase) {
   const std::string name = GetParam();

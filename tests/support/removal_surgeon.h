@@ -18,12 +18,9 @@ class RemovalSurgeon : public ScriptedHands {
   enum Duct { kCysticDuct, kCysticArtery };
   enum Layer { kTriangle, kLowestThird, kRest };
 
-  /// `bed`: the attachment that the gallbladder is lifted off. `nearness`: the weight of a sample's distance
-  /// from the hook beside that from the port, in the order in which it burns them. Above 0 the hook also
-  /// leaves the bed on the way that it came; with 0 along its shaft. Whether it pushes the gallbladder on its
-  /// way depends on this and on the lattices.
-  explicit RemovalSurgeon(LockstepSession* session, std::size_t bed = kRest, double nearness = 0)
-      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.026), bed), nearness_(nearness) {}
+  /// `bed`: the attachment that the gallbladder is lifted off.
+  explicit RemovalSurgeon(LockstepSession* session, std::size_t bed = kRest)
+      : ScriptedHands(session, Vector3d(0.008, -0.110, 0.026), bed) {}
 
   /// Pulls the right hand back along its shaft and gives it another instrument.
   void Exchange(int tool) {
@@ -48,7 +45,8 @@ class RemovalSurgeon : public ScriptedHands {
     ScriptedHands::Lift(length);
     Step(20);
   }
-  /// Burns a layer until a step of the exercise is done, from its border.
+  /// Burns a layer until a step of the exercise is done, from its border, and leaves it there. Pulled out
+  /// of the bed along its shaft the hook would push the gallbladder and tear the layer.
   void Burn(Layer layer) {
     const std::size_t before = done();
     bool approached = false;
@@ -70,7 +68,7 @@ class RemovalSurgeon : public ScriptedHands {
     }
     session_.Press(kRight, false);
     Step();
-    if (layer != kTriangle && nearness_ > 0) Move(kRight, border_W, 0.06);
+    if (layer != kTriangle) Move(kRight, border_W, 0.06);
   }
 
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
@@ -162,6 +160,8 @@ class RemovalSurgeon : public ScriptedHands {
 
  private:
   static constexpr double kNoSample = 1, kOffLiver = 0.0015;  // m
+  // Weight of a sample's distance from the hook beside that from the port, in the order of burning.
+  static constexpr double kNearness = 0.3;
 
   static int SegmentAt(const Rod& rod, double arc) {
     int i = 0;
@@ -211,7 +211,7 @@ class RemovalSurgeon : public ScriptedHands {
           const Vector3d place_W = ends_W[1] + std::min(0.5, kOffLiver / fibre_W.norm()) * fibre_W;
           const double way = (place_W - Kinematics(kRight).p_trocar_W()).norm();
           const double from_tip = (place_W - tips_W_[kRight]).norm();
-          const double rank = wanted == kTriangle ? -way : way + nearness_ * from_tip;
+          const double rank = wanted == kTriangle ? -way : way + kNearness * from_tip;
           if (rank >= least) continue;
           least = rank;
           next_W = place_W;
@@ -220,8 +220,6 @@ class RemovalSurgeon : public ScriptedHands {
     }
     return next_W;
   }
-
-  double nearness_;
 };
 
 }  // namespace hpdm

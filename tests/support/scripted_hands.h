@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/threads/session_clock.h"
 #include "tools/session/lockstep_session.h"
 
 namespace hpdm {
@@ -46,9 +47,13 @@ class ScriptedHands {
       for (std::size_t t = 0; t < 2; ++t) {
         session_.Command(t, Kinematics(t).Inverse(tips_W_[t], rolls_[t], jaws_[t]).joints);
       }
+      const Nanoseconds began = ThreadCpuTime();
       session_.Step();
+      step_times_.push_back(ThreadCpuTime() - began);
     }
   }
+  /// Processor time of each step so far, with its ticks and their log.
+  const std::vector<Nanoseconds>& step_times() const { return step_times_; }
   /// Moves a tip straight to a place at a speed (m/s).
   void Move(std::size_t hand, const Vector3d& to_W, double speed) {
     const Vector3d from_W = tips_W_[hand];
@@ -85,6 +90,9 @@ class ScriptedHands {
   Vector3d outward_W_, away_W_;
   std::array<Vector3d, 2> tips_W_;
   std::array<double, 2> rolls_{}, jaws_{1, 1};
+
+ private:
+  std::vector<Nanoseconds> step_times_;
 };
 
 }  // namespace hpdm

@@ -131,10 +131,14 @@ Json ToJson(const OrganResults& organs) {
                         {"own_refit", ToJson(row.own_refit)},
                         {"fcl_refit", ToJson(row.fcl_refit)}});
   }
-  return {{"searches", searches},
-          {"steps", ToJson(organs.steps.all)},
-          {"touching_steps", ToJson(organs.steps.touching)},
-          {"most_contacts", organs.steps.most_contacts}};
+  Json steps;
+  for (const StepTimes& row : organs.steps) {
+    steps.push_back({{"scene", row.scene},
+                     {"all", ToJson(row.all)},
+                     {"touching", ToJson(row.touching)},
+                     {"most_contacts", row.most_contacts}});
+  }
+  return {{"searches", searches}, {"steps", steps}};
 }
 
 Json ToJson(const BenchResults& results, const MachineFacts& machine) {

@@ -141,14 +141,15 @@ struct PairSearchResults {
 };
 /// CPU times of whole deformation steps in a session of the scene's own hands.
 struct StepTimes {
+  std::string scene;        ///< File name.
   Histogram all, touching;  ///< ns; touching: with contacts between organs.
   int most_contacts = 0;    ///< Of one organ with others, in one step.
 };
 struct OrganResults {
   std::vector<PairSearchResults> searches;
-  StepTimes steps;
+  std::vector<StepTimes> steps;  ///< A scene each.
 };
-/// Times the organs of the working folder's scenes/abdomen.toml, if it exists.
+/// Times the organs of abdomen.toml and liver_on_stomach.toml, if the working folder has scenes.
 std::optional<OrganResults> TimeOrgans(bool quick);
 
 /// The selected measurements of `hpdm bench`; all by default.

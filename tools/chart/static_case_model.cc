@@ -1,6 +1,7 @@
 #include "tools/chart/static_case_model.h"
 
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -252,6 +253,30 @@ StaticCaseModel::StepTimes StaticCaseModel::TimeSteps() {
     times.indentations = Time([&] { AddIndentations(&vertices_); });
   }
   Settle(moved_);
+  return times;
+}
+
+StaticCaseModel::WayTimes StaticCaseModel::TimeWay(int steps) {
+  std::unique_ptr<Relaxation> fresh = relaxation_->Clone();
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(moved_.size());
+  for (int i = 0; i < contacts_.size(); ++i) {
+    const auto& displacement = loads_[static_cast<std::size_t>(i)].displacement_W;
+    if (!displacement) throw InputError(options_.name + ": a way needs displacements; no forces");
+    all.segment<3>(3 * i) = *displacement;
+  }
+  WayTimes times;
+  for (int step = 1; step <= steps; ++step) {
+    const double before = ThreadMilliseconds();
+    const RelaxationResult result = Step(static_cast<double>(step) / steps * all);
+    const double ms = ThreadMilliseconds() - before;
+    times.mean_ms += ms / steps;
+    times.most_ms = std::max(times.most_ms, ms);
+    times.iterations += static_cast<double>(result.iterations) / steps;
+    times.unfinished += result.converged ? 0 : 1;
+  }
+  relaxation_ = std::move(fresh);
+  U_.setZero();
+  start_ = U_;
   return times;
 }
 

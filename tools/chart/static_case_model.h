@@ -60,6 +60,15 @@ class StaticCaseModel {
   };
   StepTimes TimeSteps();
 
+  /// Times the steps of a way from rest to the loads' displacements, all of the same length, with
+  /// nothing known of an earlier way. Loads are displacements. Ends at rest, as it was built.
+  struct WayTimes {
+    double mean_ms = 0, most_ms = 0;  ///< Of the thread; reposition and relax.
+    double iterations = 0;            ///< Mean.
+    int unfinished = 0;               ///< Steps that did not converge.
+  };
+  WayTimes TimeWay(int steps);
+
   /// V x 3, m.
   Points VertexDisplacements() const;
   /// Returns the first load's compliance, m/N; 0 without force.

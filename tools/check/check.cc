@@ -152,7 +152,9 @@ Json OrganFacts(const OrganModel& organ) {
     }
     if (const CutSurfaces& cuts = organ.lattice_organ()->cuts(); cuts != nullptr) {
       facts["control_points_front"] = lattice.front_functions();
-      for (const CutSurface& cut : *cuts) facts["cuts"].push_back(CutFacts(cut));
+      const std::size_t planned = organ.options().cuts.size();
+      for (std::size_t c = 0; c < planned; ++c) facts["cuts"].push_back(CutFacts((*cuts)[c]));
+      facts["notches"] = cuts->size() - planned;
     }
     if (organ.options().energy.type == EnergyType::kStrain) unknowns *= 3;
     facts["cost"]["matrix_bytes"] = 8 * unknowns * unknowns;
@@ -221,10 +223,15 @@ void PrintOrgan(const Json& organ) {
                   levels.empty() ? "no" : levels.c_str(),
                   100 * organ["error_of_levels"].get<double>());
     }
-    if (organ.contains("cuts")) {
-      for (const Json& cut : organ["cuts"]) {
-        std::printf("  a cut of %.1f cm^2%s\n", 1e4 * cut["area_in_tissue_m2"].get<double>(),
-                    cut["ends_in_tissue"].get<bool>() ? "" : ", right through the tissue");
+    for (const Json& cut : organ.value("cuts", Json::array())) {
+      std::printf("  a cut of %.1f cm^2%s\n", 1e4 * cut["area_in_tissue_m2"].get<double>(),
+                  cut["ends_in_tissue"].get<bool>() ? "" : ", right through the tissue");
+    }
+    if (organ.contains("notches")) {
+      const long notches = organ["notches"].get<long>();
+      if (notches > 0) {
+        std::printf("  %ld narrow notch%s in the surface, like a cut without width\n", notches,
+                    notches == 1 ? "" : "es");
       }
       std::printf("  %ld functions more where cuts end\n",
                   organ["control_points_front"].get<long>());
@@ -344,9 +351,10 @@ Json ContactFacts(const Session::ContactFact& contact) {
 }
 
 void PrintContact(const Json& contact) {
+  const double stiffness = contact["stiffness_N_per_m"].get<double>();
   std::printf(
-      "  on organ %s: at most %.0f N/m (%s); its device is passive to %.0f, stable to %.0f\n",
-      contact["organ"].get<std::string>().c_str(), contact["stiffness_N_per_m"].get<double>(),
+      "  on organ %s: at most %.*f N/m (%s); its device is passive to %.0f, stable to %.0f\n",
+      contact["organ"].get<std::string>().c_str(), stiffness < 10 ? 2 : 0, stiffness,
       contact["axis"].get<std::string>().c_str(), contact["passive_to_N_per_m"].get<double>(),
       contact["stable_to_N_per_m"].get<double>());
 }

@@ -87,11 +87,11 @@ class PressingHand {
 };
 
 // The guide of a press's tip.
-struct Guide {
+struct GuideLine {
   Vector3d top_W;   // m, on the surface
   Vector3d into_W;  // unit
 
-  Guide(const ScenePress& press, const SurfaceMesh& rest) {
+  GuideLine(const ScenePress& press, const SurfaceMesh& rest) {
     const SurfacePoint at = SurfaceTree(rest.vertices, rest.triangles).Closest(press.place_W, 1).at;
     top_W = at.Position(rest.vertices, rest.triangles);
     into_W = press.direction_W.isZero(0)
@@ -119,7 +119,7 @@ ScenePressResult PressInScene(const std::filesystem::path& path, const ScenePres
   ToolOptions tool;
   tool.geometries[0].tip_radius = press.tip_radius;
   bench.Start({tool});
-  const Guide guide(press, bench.model(pressed).rest());
+  const GuideLine guide(press, bench.model(pressed).rest());
   PressingHand hand(press, &bench);
 
   ScenePressResult result;

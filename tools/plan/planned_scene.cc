@@ -32,7 +32,9 @@ OrganEdit EditsOf(std::size_t organ, const OrganOptions& author, const OrganOpti
   if (spline) {
     set("lattice", "cells", was.cells != is.cells, is.cells);
   } else {
-    set("lattice", "cells", true, std::monostate());
+    for (const char* key : {"cells", "split", "notch_functions"}) {
+      set("lattice", key, true, std::monostate());
+    }
   }
   set("lattice", "margin", was.margin != is.margin, is.margin);
   set("lattice", "local_functions", true, LocalFunctionsOf(chosen));

@@ -74,8 +74,6 @@ double SecondsOf(const RunOptions& options, const Session& session) {
   return options.seconds > 0 ? options.seconds : ToSeconds(session.trace_length());
 }
 
-void Note(const std::string& note) { std::cerr << "hpdm: note: " + note + "\n"; }
-
 // Says what is known about the session before it runs: remarks, and a disk that is too small.
 void NoteRemarks(const RunOptions& options, const Session& session, const SessionFolder& folder) {
   for (const std::string& remark : session.remarks()) Note(OneLine(remark));

@@ -13,9 +13,10 @@
 #include "tools/shared/json_text.h"
 
 namespace hpdm {
-namespace {
 
 void Note(const std::string& note) { std::cerr << "hpdm: note: " + note + "\n"; }
+
+namespace {
 
 void WritePicture(const Image& image, const SessionFolder& folder, const std::string& name) {
   if (image.width > 0) WritePng(folder.File(name), image);

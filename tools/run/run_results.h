@@ -10,6 +10,9 @@
 
 namespace hpdm {
 
+/// Prints a note, which is no error, on stderr.
+void Note(const std::string& note);
+
 /// Writes the results of a finished session into its folder (summary, tables, pictures, plots) and
 /// prints them: five lines, --verbose or --json. `program`: how hpdm was called. Throws InputError
 /// if the folder is incomplete. Main thread, loops ended.

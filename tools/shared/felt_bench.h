@@ -48,23 +48,17 @@ class FeltBench {
   // One tick's forces on the hands.
   void Tick(const ToolPose& a, const ToolPose& c = Away()) { Tick(std::array{a, c}); }
   void Tick(std::span<const ToolPose> poses) {
-    const auto motion = [this](const ToolPose& tool) {
-      const ToolGeometry& geometry = tool_.geometries[0];
-      return TipPose{.time_ns = time_ns_,
-                     .X_WT = tool.X_WT,
-                     .jaw = tool.jaw,
-                     .tip_radius = geometry.tip_radius,
-                     .friction = friction,
-                     .shaft_radius = feels_shaft ? geometry.shaft_radius : 0,
-                     .from_trocar = (tool.p_trocar_W - tool.X_WT.translation()).norm(),
-                     .tip_part = geometry.JawsLength()};
-    };
     std::vector<TipContacts*> all;
     for (std::size_t t = 0; t < poses.size(); ++t) {
-      contacts_[t].Locate(motion(poses[t]));
+      contacts_[t].Locate(Motion(poses[t]));
       all.push_back(&contacts_[t]);
     }
     TipContacts::Solve(all);
+  }
+  // The same for other contacts of one tool.
+  void TickOf(TipContacts* contacts, const ToolPose& tool) const {
+    contacts->Locate(Motion(tool));
+    TipContacts::Solve(contacts);
   }
   // The next tick of a session in lockstep: a step begins every 33 ticks and is seen 33 later.
   void SessionTick(const ToolPose& a, const ToolPose& c = Away()) {
@@ -109,6 +103,17 @@ class FeltBench {
   }
 
  private:
+  TipPose Motion(const ToolPose& tool) const {
+    const ToolGeometry& geometry = tool_.geometries[0];
+    return TipPose{.time_ns = time_ns_,
+                   .X_WT = tool.X_WT,
+                   .jaw = tool.jaw,
+                   .tip_radius = geometry.tip_radius,
+                   .friction = friction,
+                   .shaft_radius = feels_shaft ? geometry.shaft_radius : 0,
+                   .from_trocar = (tool.p_trocar_W - tool.X_WT.translation()).norm(),
+                   .tip_part = geometry.JawsLength()};
+  }
   ToolState State(std::span<const ToolPose> poses) const {
     ToolState state;
     state.time_ns = time_ns_;

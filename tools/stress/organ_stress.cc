@@ -46,7 +46,7 @@ OrganOptions Organ(const std::string& name, StressModel model, const Region& hel
 }
 
 // The outcome of organs that are pressed together by their motion and parted again.
-struct Pressed {
+struct PressedOrgans {
   double largest = 0;     // m, depth of one drawn organ in another, at any step
   double pair_force = 0;  // N, on the last organ when pressed
   double off_rest = 0;    // m, at the end
@@ -54,10 +54,10 @@ struct Pressed {
   bool dropped = false;
 };
 
-Pressed PressAndPart(OrganBench* bench) {
+PressedOrgans PressAndPart(OrganBench* bench) {
   bench->Start();
   PenetrationMeter meter;
-  Pressed pressed;
+  PressedOrgans pressed;
   const int last = bench->organs() - 1;
   int step = 0;
   while (bench->seconds() < kOrgansEnd) {
@@ -82,7 +82,7 @@ Pressed PressAndPart(OrganBench* bench) {
   return pressed;
 }
 
-StressTrial JudgeOrgans(const Pressed& pressed, double error) {
+StressTrial JudgeOrgans(const PressedOrgans& pressed, double error) {
   StressTrial trial = Judge(pressed.finite ? error : HUGE_VAL, kDeepDegraded, kDeepFailed);
   if (trial.fate != StressFate::kSurvived) {
     trial.how = Format("%.2g mm deep", 1e3 * pressed.largest);
@@ -135,7 +135,7 @@ StressCase ThinOnThin(bool quick) {
                 GridBox(Vector3d(-x, -y, low), Vector3d(x, y, low + wall), {squares, squares, 2}),
                 upper ? std::optional(0.1) : std::nullopt);
     }
-    const Pressed pressed = PressAndPart(&bench);
+    const PressedOrgans pressed = PressAndPart(&bench);
     return JudgeOrgans(pressed, pressed.largest / wall);
   };
   return stress_case;
@@ -166,7 +166,7 @@ StressCase WedgeIntoCleft(bool quick) {
       }
       bench.Add(options, mesh, upper ? std::optional(0.1) : std::nullopt);
     }
-    const Pressed pressed = PressAndPart(&bench);
+    const PressedOrgans pressed = PressAndPart(&bench);
     return JudgeOrgans(pressed, pressed.largest / kWay);
   };
   return stress_case;
@@ -204,7 +204,7 @@ StressCase Stacked(bool quick) {
     const double young = bench.model(0).options().material.young;
     const double free = kHeight * (organs - 0.1);  // without what is held
     const double bar = young * 4 * kHalf * kHalf * way / free;
-    const Pressed pressed = PressAndPart(&bench);
+    const PressedOrgans pressed = PressAndPart(&bench);
     return JudgeOrgans(pressed,
                        std::max(std::abs(pressed.pair_force / bar - 1), pressed.largest / way));
   };
@@ -234,7 +234,7 @@ StressCase BreathingAgainstRigid(bool quick) {
     bench.Add(wall, Ellipsoid(Vector3d(0.05, 0.03, 0.02), level, X_WO), 0.1);
     bench.Start();
     PenetrationMeter meter;
-    Pressed pressed;
+    PressedOrgans pressed;
     const double seconds = std::min(10.0, 3 / frequency);
     for (int step = 0; bench.seconds() < seconds; ++step) {
       bench.Step();
@@ -266,7 +266,7 @@ StressCase IncompressibleOrgans(bool quick) {
                         Vector3d(kHalf, kHalf, upper ? kHeight : 0), {squares, squares, squares}),
                 upper ? std::optional(0.1) : std::nullopt);
     }
-    const Pressed pressed = PressAndPart(&bench);
+    const PressedOrgans pressed = PressAndPart(&bench);
     return JudgeOrgans(pressed, pressed.largest / kWay);
   };
   return stress_case;

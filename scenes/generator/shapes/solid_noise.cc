@@ -25,7 +25,7 @@ double Slope(std::uint32_t hash, const Vector3d& d) {
   return ((h & 1) == 0 ? u : -u) + ((h & 2) == 0 ? v : -v);
 }
 
-double Mix(double a, double b, double t) { return a + (b - a) * t; }
+double Blend(double a, double b, double t) { return a + (b - a) * t; }
 
 Eigen::Vector3i CellOf(const Vector3d& p) { return p.array().floor().matrix().cast<int>(); }
 
@@ -53,10 +53,11 @@ double GradientNoise(const Vector3d& p, std::uint32_t seed) {
     const Eigen::Vector3i offset(i & 1, (i >> 1) & 1, i >> 2);
     corner[i] = Slope(Hash(cell + offset, seed), f - offset.cast<double>());
   }
-  const double low = Mix(Mix(corner[0], corner[1], s.x()), Mix(corner[2], corner[3], s.x()), s.y());
+  const double low =
+      Blend(Blend(corner[0], corner[1], s.x()), Blend(corner[2], corner[3], s.x()), s.y());
   const double high =
-      Mix(Mix(corner[4], corner[5], s.x()), Mix(corner[6], corner[7], s.x()), s.y());
-  return Mix(low, high, s.z());
+      Blend(Blend(corner[4], corner[5], s.x()), Blend(corner[6], corner[7], s.x()), s.y());
+  return Blend(low, high, s.z());
 }
 
 double FractalNoise(const Vector3d& p, int octaves, std::uint32_t seed) {

@@ -164,6 +164,7 @@ TEST(AttachedOrgans, APeelByTheJawsTakesTheToughnessTimesTheArea) {
   const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
   const double stored = 0.5 * u.dot(std::get<FullStiffness>(bench.model(1).stiffness()) * u);
   EXPECT_LT(stored, 0.3 * free);
+  EXPECT_NEAR(work, free + stored, 0.05 * free);
 }
 
 // Tears the block in part, then moves its jaws a little back: no damage grows, so the response is

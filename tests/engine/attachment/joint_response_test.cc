@@ -21,7 +21,8 @@ namespace {
 
 /// Two organs and the layer between them.
 struct JoinedPair {
-  JoinedPair(const OrganModel& a, const OrganModel& b, const AttachmentOptions& attachment)
+  JoinedPair(const OrganModel& a, const OrganModel& b, const AttachmentOptions& attachment,
+             std::vector<std::shared_ptr<const DuctModel>> ducts = {})
       : models{&a, &b} {
     std::array<AttachmentJoint::Organ, 2> organs;
     for (std::size_t o = 0; o < 2; ++o) {
@@ -35,7 +36,8 @@ struct JoinedPair {
     }
     std::vector<AttachmentBed> beds;
     beds.emplace_back(attachment, a, b);
-    joint = JoinOrgans(std::move(beds), {organs})[0];
+    const std::vector<std::array<AttachmentJoint::Organ, 2>> pairs(1 + ducts.size(), organs);
+    joint = JoinOrgans(std::move(beds), pairs, std::move(ducts))[0];
     state = std::make_unique<AttachmentState>(joint);
     work = AttachedCompliance::Work(3 * joint->modes());
   }
@@ -153,11 +155,11 @@ INSTANTIATE_TEST_SUITE_P(Cases, DoubleCantilever,
                                          CantileverCase{0.25, 8, 0.004, 5}));
 
 struct Blocks {
-  explicit Blocks(double poisson = 0.3) {
-    OrganOptions lower = ArmOptions("lower", 5000, {3, 3, 2});
+  explicit Blocks(double poisson = 0.3, int finer = 1) {
+    OrganOptions lower = ArmOptions("lower", 5000, {3 * finer, 3 * finer, 2 * finer});
     lower.material.poisson = poisson;
     lower.supports.push_back({hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, -0.015)}, {}});
-    OrganOptions upper = ArmOptions("upper", 9000, {4, 3, 2});
+    OrganOptions upper = ArmOptions("upper", 9000, {4 * finer, 3 * finer, 2 * finer});
     upper.material.poisson = poisson;
     models.emplace_back(lower,
                         GridBox(Vector3d(-0.03, -0.03, -0.02), Vector3d(0.03, 0.03, 0), {9, 9, 4}));
@@ -224,6 +226,72 @@ TEST(JointResponse, IsThatOfBothStiffnessesWithTheLayerAtAnyDamage) {
     joined << moved[0], moved[1];
     EXPECT_LT((joined - direct).norm(), 3e-3 * direct.norm()) << pull;
   }
+}
+
+// Only the layer holds the upper block, whose own compliance is 190 times larger. Two soft ducts end
+// side by side, so that their modes nearly depend on each other and G^-1 is large. Jaws hold the upper
+// block at four points: their compliance is a difference that must keep its digits.
+TEST(JointResponse, JawsOnAnOrganThatOnlyItsLayerHoldsHaveTheComplianceOfBothStiffnesses) {
+  Blocks blocks(0.3, 2);
+  std::vector<std::shared_ptr<const DuctModel>> ducts;
+  for (const double y : {0.0, 0.003}) {
+    DuctOptions duct;
+    duct.a = "lower";
+    duct.b = "upper";
+    duct.path_W.resize(2, 3);
+    duct.path_W << -0.03, 4 * y, -0.005, -0.02, y, 0.01;
+    duct.radius = 0.002;
+    duct.wall = 0.001;
+    duct.young = 1e-3;  // hardly anything
+    ducts.push_back(std::make_shared<const DuctModel>(duct, &blocks.models[0], &blocks.models[1]));
+  }
+  JoinedPair pair(blocks.models[0], blocks.models[1], blocks.attachment, std::move(ducts));
+  pair.work = AttachedCompliance::Work(3 * pair.joint->modes(), 12);
+  const OrganModel& upper = blocks.models[1];
+  const LatticeCompliance& free = *pair.relaxations[1]->compliance();
+  const AttachedCompliance attached(free, *pair.state, pair.joint->MemberOf(1), &pair.work);
+  const int n = upper.control_points();
+  const Eigen::MatrixXd K = DirectStiffness(blocks.models, pair.bed(), *pair.state);
+  const Eigen::LLT<Eigen::MatrixXd> direct(K);
+  Eigen::MatrixXd responses(3 * n, 12), loads(K.rows(), 12);
+  AttachmentJoint::RowMatrix rows = AttachmentJoint::RowMatrix::Zero(4, n);
+  std::vector<std::vector<int>> columns(4);
+  std::vector<std::vector<double>> weights(4);
+  loads.setZero();
+  for (int i = 0; i < 4; ++i) {
+    const Vector3d place(0.001 * (i % 2), 0.001 * (i / 2), 0.02);
+    upper.AddToRow(NearestSurfacePoint(upper.rest(), place), 1, ActiveRefinement(0, 0),
+                   rows.row(i));
+    for (int a = 0; a < n; ++a) {
+      if (rows(i, a) == 0) continue;
+      columns[ToSize(i)].push_back(a);
+      weights[ToSize(i)].push_back(rows(i, a));
+      for (int d = 0; d < 3; ++d) loads(K.rows() - 3 * n + 3 * a + d, 3 * i + d) = rows(i, a);
+    }
+    attached.RespondInPart(i, {columns[ToSize(i)], weights[ToSize(i)]},
+                           responses.middleCols<3>(3 * i));
+  }
+  const auto of_rows = [&](const Eigen::MatrixXd& of_points) {
+    Eigen::MatrixXd C(12, 12);
+    for (int i = 0; i < 4; ++i) {
+      for (int d = 0; d < 3; ++d) {
+        C.row(3 * i + d) = Along(rows.row(i), Vector3d::Unit(d)).transpose() * of_points;
+      }
+    }
+    return C;
+  };
+  Eigen::MatrixXd C = of_rows(responses);
+  const double without = C(0, 0);
+  attached.AddOtherPart(Eigen::Ref<Eigen::MatrixXd>(C));
+  const Eigen::MatrixXd exact = of_rows(direct.solve(loads).bottomRows(3 * n));
+  EXPECT_GT(without, 100 * exact(0, 0));
+  EXPECT_GT(pair.joint->stiffness().norm(), 1e9);
+  EXPECT_LT((C - exact).norm(), 3e-3 * exact.norm());
+  // Along the combination of loads that yields least.
+  const Eigen::VectorXd least =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(exact).eigenvectors().col(0);
+  const double yields = least.dot(exact * least);
+  EXPECT_NEAR(least.dot(C * least), yields, 0.01 * yields);
 }
 
 // Returns the fault of a joint with these layers between the blocks, and ducts from the lower one to the

@@ -24,6 +24,7 @@ constexpr double kThin = 1e-4;    // m: a tool that fits into the gap without to
 struct Bed {
   double scale = 1;
   double burn_energy = 1.9e6;            // J/m^2
+  bool held = true;                      // the block at its top
   Vector3d motion_W = Vector3d::Zero();  // m, of the block's support
 
   double Area() const { return scale * scale * 0.04 * 0.04; }
@@ -46,7 +47,9 @@ struct Bed {
     block.lattice.margin = 0.0005 * scale;
     block.lattice.local.functions = 0;
     block.motion = {motion_W, 0.5};
-    block.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0.008 * scale), Vector3d(1, 1, 1)}, {}});
+    if (held) {
+      block.supports.push_back({hpdm::Box{Vector3d(-1, -1, 0.008 * scale), Vector3d(1, 1, 1)}, {}});
+    }
     bench->Add(block, GridBox(Vector3d(-0.02, -0.02, 0.0003) * scale,
                               Vector3d(0.02, 0.02, 0.01) * scale, {16, 16, 4}));
     bench->Attach(Layer());
@@ -266,6 +269,41 @@ TEST(LayerActions, BurningASleepingOrganIsSeenInItsLayer) {
   tool.pedal = true;
   for (int step = 0; step < 30; ++step) bench.Step(tool);
   EXPECT_GT(ActedOutcome(bench).freed_area, 0) << "the step solved for sleeping organs";
+}
+
+// The compliance of a shaft that does not touch yet must fit to its coupling with other tools, which
+// knows the burnt layer. Otherwise the tick's forces are wrong as soon as it touches.
+TEST(LayerActions, AShaftBeforeItTouchesMeetsTheBurntLayer) {
+  const Bed bed{.held = false};
+  OrganBench bench;
+  bed.AddTo(&bench);
+  ToolOptions hook = With(ToolAction::kBurn), probe;
+  hook.geometries[0].power = 1e6;
+  probe.geometries[0] = {.tip_radius = 0.002, .shaft_radius = 0.002};
+  bench.Start({hook, probe});
+  // 0.3 mm above the block's top, far from what remains of the layer; its tip is beyond the edge.
+  ToolPose shaft = InGap(-0.06, 0.012);
+  shaft.X_WT.translation().z() = shaft.p_trocar_W.z() = 0.0123;
+  const auto yields = [&] {  // m/N, down, in the block's middle
+    for (int i = 0; i < 3; ++i) bench.Step(std::array{OrganBench::Away(), shaft});
+    for (const ToolPatch& place : bench.patch.Front().tools[1].places) {
+      if (place.organ != 1 || std::abs(place.contact_W.x()) > 1e-4) continue;
+      EXPECT_EQ(place.force_on_tissue_W, Vector3d::Zero());
+      return place.compliance_W(2, 2);
+    }
+    ADD_FAILURE() << "no place there";
+    return 0.0;
+  };
+  const double whole = yields();
+  for (double x = -0.0195; x < 0.02; x += 0.001) {
+    for (double y = -0.005; y < 0.02; y += 0.001) {
+      ToolPose burning = InGap(x, y);
+      burning.pedal = true;
+      bench.Step(std::array{burning, OrganBench::Away()});
+    }
+  }
+  ASSERT_GT(Damaged(bench), 0.5 * bed.Area());
+  EXPECT_GT(yields(), 5 * whole);
 }
 
 TEST(LayerActions, StepsThatBurnAllocateNothing) {

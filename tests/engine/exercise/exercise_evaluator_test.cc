@@ -109,10 +109,27 @@ void BurnAir(Course* course, double seconds) {
               [&](StepSample* s) { s->tools[kHook].pedal = true; });
   course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
 }
+// A hook that is energised for 0.3 s so many m from the end of a line along x, and burns a layer there.
+void BurnBeside(Course* course, double distance) {
+  course->Run(9, [&](StepSample* s) {
+    s->tools[kHook].X_WT.translation() = Vector3d(0.02, 0, 0) + distance * Vector3d(0.6, 0.8, 0);
+    s->tools[kHook].pedal = true;
+    s->layer_work[kHook].burning = 1;
+  });
+  course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
+}
 // Jaws that open on what they hold so many m from its place.
 void Drop(Course* course, double lift) {
   course->Run(
       5, [&](StepSample* s) { Touch(s, kGrasper, kGallbladder, 1.25, ContactKind::kGrasp, lift); });
+  course->Run(5, [&](StepSample* s) { Touch(s, kGrasper, kGallbladder, 0, ContactKind::kNone); });
+}
+// Jaws that open on what they hold so many m beside (0.01, 0.02, 0.03).
+void DropBeside(Course* course, double distance) {
+  course->Run(5, [&](StepSample* s) {
+    Touch(s, kGrasper, kGallbladder, 1.25, ContactKind::kGrasp, 0.1);
+    s->contacts[kGrasper].contact_W.y() += distance;
+  });
   course->Run(5, [&](StepSample* s) { Touch(s, kGrasper, kGallbladder, 0, ContactKind::kNone); });
 }
 void Invert(Course* course, double flag) {
@@ -146,11 +163,32 @@ const ErrorCase kCases[] = {
      kHook,
      0.2},
     {"stray_burn", {ExerciseErrorKind::kStrayBurn, "", 0.5}, BurnAir, 0.54, 0.49, -1, kHook, 0},
+    {"near_burn",
+     {.kind = ExerciseErrorKind::kNearBurn,
+      .limit = 0.1,
+      .path_W = {Vector3d::Zero(), Vector3d(0.02, 0, 0)},
+      .within = 0.005},
+     BurnBeside,
+     0.0049,
+     0.0051,
+     -1,
+     kHook,
+     0},
     {"drop",
      {ExerciseErrorKind::kDrop, "", 0.012},
      Drop,
      0.0121,
      0.0119,
+     kGallbladder,
+     kGrasper,
+     1.25},
+    {"drop_away_from_a_line",
+     {.kind = ExerciseErrorKind::kDrop,
+      .path_W = {Vector3d(0, 0.02, 0.03), Vector3d(0.05, 0.02, 0.03)},
+      .within = 0.005},
+     DropBeside,
+     0.0051,
+     0.0049,
      kGallbladder,
      kGrasper,
      1.25},

@@ -91,6 +91,28 @@ TEST_P(SteppedBar, CorotationalStepsAreInEquilibrium) {
   }
 }
 
+// One tangent a step, from where the last one ended.
+TEST_P(SteppedBar, OneRoundAStepFollowsTheEquilibriumFromBehind) {
+  const Vector3d bent(-0.02, 0, 0.06);
+  const CorotationalBody body(mesh_, material_);
+  const TetraProblem problem = Problem(TetraBody(mesh_, material_, TetraLaw::kSmallStrain), bent);
+  const auto walk = [&](int steps, int most_rounds) {
+    TetraStepper stepper(Stepped(body), problem.springs, StepMethod::kConjugateGradients,
+                         most_rounds);
+    for (int step = 1; step <= steps; ++step) {
+      const auto result =
+          stepper.MoveTo({problem.loads[0].patch}, Row(static_cast<double>(step) / steps * bent));
+      EXPECT_LE(result.rounds, most_rounds);
+    }
+    return stepper.u();
+  };
+  const Points end = walk(4, 200);
+  const double four = (walk(4, 1) - end).norm() / end.norm();
+  const double forty = (walk(40, 1) - end).norm() / end.norm();
+  EXPECT_LT(forty, 0.02);
+  EXPECT_LT(forty, 0.5 * four);
+}
+
 INSTANTIATE_TEST_SUITE_P(Meshes, SteppedBar, testing::Values(1, 2));
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <memory>
 #include <vector>
 
+#include "engine/contact/half_space.h"
 #include "engine/energy/finite_metric_energy.h"
 #include "engine/energy/finite_strain_energy.h"
 #include "engine/energy/hyperelastic.h"
@@ -239,6 +240,32 @@ TEST_F(ElasticRelaxationTest, ABudgetOfThreeIterationsHoldsTheContactsAndCatches
     }
   }
   EXPECT_TRUE(result.converged) << result.residual;
+}
+
+// The energy rises as the point yields to its local compliance, while the potential falls.
+TEST_F(ElasticRelaxationTest, APressThatIndentsLocallyConvergesInEveryStep) {
+  constexpr double kLocal = 5e-3;  // m/N; of the block under the point: about 2e-3
+  for (const bool tip : {false, true}) {
+    const auto newton = MakeNewtonRelaxation(Strain(kNeoHookean));
+    for (int step = 1; step <= 20; ++step) {
+      const double depth = 0.03 * std::sin(0.3 * step);  // it also lets go
+      contacts_.Clear();
+      AddContact(kPress, Vector3d(0.1, 0.07, 0.1), Vector3d(0, 0, -depth));
+      ContactConstraints::Row& row = contacts_[0];
+      if (tip) {
+        row.indentation = LocalIndentation({}, Vector3d::UnitZ(), 0.0025, 0.02);
+      } else {
+        row.local_compliance_W = kLocal * Matrix3d::Identity();
+      }
+      const RelaxationResult result = newton->Relax(&contacts_, &U_);
+      EXPECT_TRUE(result.converged) << "step " << step << ", residual " << result.residual;
+      EXPECT_LE(result.iterations, 10) << "step " << step;
+      const double at = PositionOf(0).z() + (row.LocalCompliance() * row.force_W).z();
+      if (depth > 0) {
+        EXPECT_NEAR(at, 0.1 - depth, 1e-7);
+      }
+    }
+  }
 }
 
 TEST_F(ElasticRelaxationTest, ATipThatOnlyTouchesHasConverged) {

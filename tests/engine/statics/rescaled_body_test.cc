@@ -87,7 +87,7 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& model) { return model.param.name; });
 
 TEST_P(RescaledBodyTest, TakesTheSameShapeInAnyUnit) {
-  const auto options = [this](const Unit& unit) {
+  const auto options = [](const Unit& unit) {
     OrganOptions made = Options(unit);
     made.energy.type = GetParam().type;
     made.energy.strain = GetParam().strain;

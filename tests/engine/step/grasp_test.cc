@@ -16,13 +16,14 @@ namespace hpdm {
 namespace {
 
 // Jaws of 5 mm that close on the edge of the wedge. Their tips lie EdgeWedge::kHeld behind it. They
-// move on by `further` before the step (m).
+// move on by `further` before the step (m). Before they close they are at `from` (m).
 class EdgeGrasp {
  public:
-  EdgeGrasp(double edge, int cells, int functions, const Vector3d& further = Vector3d::Zero())
+  EdgeGrasp(double edge, int cells, int functions, const Vector3d& further = Vector3d::Zero(),
+            const Vector3d& from = Vector3d(1, 1, 1))
       : models_(OneOrgan(EdgeWedge::Options(cells, functions), EdgeWedge::Surface(edge))),
         loop_(models_, {Grasper()}, {tools_, patch_, render_, telemetry_}) {
-    Step(Vector3d(1, 1, 1), 1);
+    Step(from, 1);
     Step(further, 0, -further);
   }
 
@@ -79,6 +80,18 @@ TEST(Grasp, OfAnEdgeHasTheStiffnessOfTetrahedra) {
   }
 }
 
+// Its contact names no triangle before.
+TEST(Grasp, NeedsNoPressBefore) {
+  const OrganModel model(EdgeWedge::Options(2, 0), EdgeWedge::Surface(0.008));
+  OrganState state(model, 1);
+  Grasp grasp(0);
+  grasp.Reserve(state.control_displacements.rows());
+  TipContact contact;
+  grasp.Take(ToolPose{}, ToolGeometry{}, TipPress(0, 0, 0), model, &state, &contact);
+  EXPECT_TRUE(grasp.holds());
+  EXPECT_GE(contact.at.triangle, 0);
+}
+
 // The step comes when the jaws have moved on by 3 mm.
 TEST(Grasp, HoldsTheTissueThatWasBetweenTheJawsAsTheyClosed) {
   const Vector3d further(0.001, 0.002, 0.002);
@@ -86,6 +99,19 @@ TEST(Grasp, HoldsTheTissueThatWasBetweenTheJawsAsTheyClosed) {
   const Vector3d pulled = at_once.Step(further, 0);
   EXPECT_LT((late.Patch().force_on_tissue_W - pulled).norm(), 1e-9 * pulled.norm());
   EXPECT_GT(pulled.norm(), 0.01);
+}
+
+// Jaws that hold a wall have one jaw on each of its sides. When they let go, the tip presses on the side
+// that it had pressed before.
+TEST(Grasp, StaysOnTheSideFromWhichTheToolCame) {
+  for (const double side : {-1.0, 1.0}) {
+    EdgeGrasp grasp(0.005, 4, 0, Vector3d::Zero(), Vector3d(0.008 * side, 0, 0));
+    const ToolPatch& patch = grasp.Patch();
+    ASSERT_EQ(patch.kind, ContactKind::kGrasp);
+    for (const int corner : patch.triangles[0]) {
+      EXPECT_GT(side * patch.points[corner].normal_W.x(), 0.5);
+    }
+  }
 }
 
 // Returns the force on an ellipsoid pressed `depth` (m) at its top, before the jaws close there and

@@ -8,7 +8,9 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <string>
+#include <vector>
 
 #include "engine/base/error.h"
 #include "tests/support/mesh_shapes.h"
@@ -112,6 +114,24 @@ TEST_F(TissueCache, KeepsThePiecesOfTissue) {
   EXPECT_FALSE(sampled.pieces.data().map.empty());
   ExpectSameBits(Cached(body), sampled);
   ExpectSameBits(Cached(body), sampled);
+}
+
+TEST_F(TissueCache, KeepsTissueWithCutsAndTellsCutsApart) {
+  Body body;
+  body.options.support_cells = {1, 1, 1};
+  for (const double end : {0.0, 0.01}) {
+    const CutOptions strip{
+        "body", 0, {{{0, -0.1, end}, {0, -0.1, 0.1}}, {{0, 0.1, end}, {0, 0.1, 0.1}}}};
+    const CutSurfaces cuts = std::make_shared<const std::vector<CutSurface>>(
+        std::vector<CutSurface>{CutSurface(body.box, strip, body.mesh)});
+    body.options.cuts = cuts;
+    const TissueQuadrature sampled = Sampled(body);
+    ExpectSameBits(Cached(body), sampled);
+    const TissueQuadrature read = Cached(body);
+    ExpectSameBits(read, sampled);
+    EXPECT_EQ(read.pieces.cuts(), cuts);
+  }
+  EXPECT_EQ(Files().size(), 2u);
 }
 
 TEST_F(TissueCache, DamagedFilesAreReplaced) {

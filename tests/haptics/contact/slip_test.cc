@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/felt_bench.h"
@@ -95,6 +96,24 @@ TEST_F(SlipTest, TheHandsWorkIsStoredOrLostToFriction) {
   const double slip = bench_.Felt().slip;
   ASSERT_GT(slip, 0.002);
   EXPECT_NEAR(work, kHold * slip + stored() - at_start, 0.02 * work);
+}
+
+// Contacts beside it, such as a shaft's, are solved in rounds. The first ones may have other forces.
+TEST_F(SlipTest, OnlyTheLastRoundOfATickSlips) {
+  HapticContact jaws;
+  jaws.SetPatch(bench_.Patch());
+  TipPose tip;
+  tip.X_WT = FeltBench::At(p_, 0).X_WT;
+  tip.jaw = 0;
+  jaws.Locate(tip);
+  jaws.PushTo(Vector3d(0, 0, -0.01));
+  jaws.FindForce();
+  EXPECT_NEAR(jaws.found_W().z(), kHold, 0.01 * kHold) << "it would slip";
+  jaws.PushTo(Vector3d::Zero());
+  jaws.FindForce();
+  jaws.Apply();
+  EXPECT_EQ(jaws.result().slip, 0);
+  EXPECT_LT((jaws.found_W() - bench_.Patch().force_on_tissue_W).norm(), 1e-9);
 }
 
 // The step moves every tie; the tick knows the jaws' rotation only by TipCompliance::Tip::turn_W.

@@ -323,6 +323,16 @@ TEST_F(SessionInvariants, NameAContactThatGivesEnergy) {
   EXPECT_EQ(Broken(), "") << "jaws do work";
 }
 
+// The tissue still holds the energy: the steps release it later.
+TEST_F(SessionInvariants, LetAToolLoseItsPlaceForATick) {
+  WriteSession([](Tick* tick) {
+    if (tick->output.tick % 400 != 300) return;
+    tick->output.tools[0].kind = ContactKind::kNone;
+    tick->output.tools[0].reaction_W.setZero();
+  });
+  EXPECT_EQ(Broken(), "");
+}
+
 TEST_F(SessionInvariants, LetFrictionDissipate) {
   WriteSession([](Tick* tick) {
     if (tick->output.tick % 400 >= 300) tick->output.tools[0].reaction_W *= 0.5;

@@ -65,8 +65,8 @@ TEST_F(LensPassTest, EveryProgramOfThePictureCompilesAndLinks) {
   for (const Image* background : {static_cast<const Image*>(nullptr), &picture}) {
     EXPECT_NO_THROW(SceneRenderer({}, {}, background));
   }
-  EXPECT_NO_THROW(LensPass(LensPass::Edges::kAsDrawn));
-  EXPECT_NO_THROW(LensPass(LensPass::Edges::kSmoothed));
+  EXPECT_NO_THROW(LensPass{LensPass::Edges::kAsDrawn});
+  EXPECT_NO_THROW(LensPass{LensPass::Edges::kSmoothed});
   EXPECT_EQ(context_->Failure(), "");
 }
 

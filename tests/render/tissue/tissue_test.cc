@@ -83,7 +83,7 @@ TEST(Occlusion, DarkensTheCreaseBetweenTwoOrgansAndNothingElse) {
   const Image open = picture(false), shaded = picture(true);
   ASSERT_EQ(context->Failure(), "");
   const int y = kHeight / 2;
-  const auto red = [y](const Image& image, double x) {
+  const auto red = [](const Image& image, double x) {
     return static_cast<int>(image.At(static_cast<int>(x), y)[0]);
   };
   // 2 mm beside the crease, a quarter of the radius of the surroundings.

@@ -84,6 +84,14 @@ points = 7
 [[exercise.error]]
 kind = 'burn'
 organ = 'liver'
+[[exercise.error]]
+kind = 'near_burn'
+path = [[1, 0, 0], [2, 0, 0]]
+within = 0.005
+[[exercise.error]]
+kind = 'drop'
+path = [[0, 1, 0], [0, 2, 0]]
+within = 0.02
 )");
   ASSERT_TRUE(scene.exercise.has_value());
   const ExerciseOptions& exercise = *scene.exercise;
@@ -112,7 +120,7 @@ organ = 'liver'
   EXPECT_EQ(exercise.steps[2].frees, 1) << "the bag's, not the fat's";
   EXPECT_EQ(exercise.steps[2].freed_area, 9e-4);
   EXPECT_EQ(exercise.steps[3].releases, 1);
-  ASSERT_EQ(exercise.errors.size(), 2u);
+  ASSERT_EQ(exercise.errors.size(), 4u);
   EXPECT_EQ(exercise.errors[0].kind, ExerciseErrorKind::kTear);
   EXPECT_EQ(exercise.errors[0].name, "torn");
   EXPECT_EQ(exercise.errors[0].attachment, 1);
@@ -120,6 +128,12 @@ organ = 'liver'
   EXPECT_EQ(exercise.errors[0].points, 7);
   EXPECT_EQ(exercise.errors[1].organ, 0);
   EXPECT_EQ(exercise.errors[1].limit, 0.3);
+  EXPECT_EQ(exercise.errors[2].path_W,
+            (std::vector<Vector3d>{Vector3d(1, 0, 0), Vector3d(2, 0, 0)}));
+  EXPECT_EQ(exercise.errors[2].within, 0.005);
+  EXPECT_EQ(exercise.errors[2].limit, 0.1) << "s";
+  EXPECT_EQ(exercise.errors[3].path_W.size(), 2u);
+  EXPECT_EQ(exercise.errors[3].within, 0.02);
   ASSERT_EQ(exercise.hooks.size(), 1u);
   EXPECT_EQ(exercise.hooks[0].hand, 1);
   EXPECT_EQ(exercise.hooks[0].instrument_index, 1);

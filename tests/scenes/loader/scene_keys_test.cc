@@ -75,6 +75,7 @@ seed = 4294967295
 organ = "b"
 target = [0.4, 0.5, 0.6]
 depth = 0.01
+spread = 0.03
 speed = 0.02
 stiffness = 30
 damping = 4
@@ -245,6 +246,7 @@ TEST_F(SceneKeys, HandKeysReachTheirOptions) {
   EXPECT_EQ(hand.organ, "b");
   EXPECT_EQ(hand.target, Vector3d(0.4, 0.5, 0.6));
   EXPECT_EQ(hand.depth, 0.01);
+  EXPECT_EQ(hand.spread, 0.03);
   EXPECT_EQ(hand.speed, 0.02);
   EXPECT_EQ(hand.stiffness, 30);
   EXPECT_EQ(hand.damping, 4);

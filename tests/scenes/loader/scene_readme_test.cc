@@ -68,8 +68,8 @@ std::string Dump(const Scene& scene) {
     const HandOptions& h = i.hand;
     out << '\n' << static_cast<int>(h.script) << ' ' << h.seed << ' ' << h.organ << ' ';
     if (h.target) out << h.target->transpose();
-    out << ' ' << h.depth << ' ' << h.speed << ' ' << h.stiffness << ' ' << h.damping << ' '
-        << h.tremor << '\n';
+    out << ' ' << h.depth << ' ' << h.spread << ' ' << h.speed << ' ' << h.stiffness << ' '
+        << h.damping << ' ' << h.tremor << '\n';
     out << i.trace.file << ' ' << i.trace.scale << '\n' << i.trace.R_WF << '\n';
     if (i.trace.position) out << i.trace.position->transpose();
     out << ' ' << i.trace.speed << '\n';

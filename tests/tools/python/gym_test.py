@@ -146,6 +146,117 @@ class GymTest(unittest.TestCase):
         self.assertAlmostEqual(sum(rewards), 0.2 * 2)
         self.assertIn("away from tissue", env.session.exercise["errors"][0]["name"])
 
+    def test_clip_and_cut_is_done_by_a_script_and_not_at_random(self):
+        env = hpdm.gym.make("ClipAndCut")
+        surgeon = ClippingSurgeon(env)
+        self.assertTrue(surgeon.operate(seed=1))
+        exercise = env.session.exercise
+        self.assertEqual((exercise["step"], exercise["errors"]), (2, []))
+        played = run(env, 1, surgeon.actions)
+        self.assertEqual(len(played), surgeon.actions + 1, "as many random actions end nothing")
+        self.assertEqual(env.session.exercise["step"], 0)
+
+    def test_a_peg_transfer_is_done_by_a_script_and_not_at_random(self):
+        env = hpdm.gym.make("PegTransfer")
+        actions, success = transfer_ring(env)
+        self.assertTrue(success)
+        self.assertEqual(env.session.exercise["errors"], [])
+        middle = env.session.organs["ring"].vertices.mean(axis=0)
+        self.assertLess(np.linalg.norm(middle[:2] - [0.025, 0]), 0.006, "around the right peg")
+        self.assertLess(middle[2], 0.004, "and on the board")
+        run(env, 1, actions)
+        self.assertFalse(env.session.exercise["passed"])
+
+    def test_a_ring_that_is_let_go_in_the_air_is_lost(self):
+        env = hpdm.gym.make("PegTransfer")
+        for height, lost in ((0.030, ["the ring was lost"]), (0.0072, [])):
+            transfer_ring(env, lower_to=height)
+            self.assertEqual([error["name"] for error in env.session.exercise["errors"]], lost)
+
+
+def transfer_ring(env, lower_to=0.0072):
+    """Solves PegTransfer by way points. Returns the number of actions and the success."""
+    env.reset(seed=1)
+    front = np.array([-0.025, -0.011, 0])  # of the ring, whose upper side is 4.8 mm high
+    over = front + [0.050, 0, 0]
+    script = [(front + [0, 0, 0.040], 0), (front + [0, 0, 0.0066], 0), (None, -1),
+              (front + [0, 0, 0.034], 0), (over + [0, 0, 0.034], 0), (over + [0, 0, lower_to], 0),
+              (None, 0), (None, 1), (over + [0, 0, 0.040], 0)]
+    actions = 0
+    for to, jaw in script:
+        for i in range(20 if to is None else 200):
+            action = np.zeros(5, np.float32)
+            action[3] = jaw
+            if to is not None:
+                away = to - env.task.tip()
+                if np.linalg.norm(away) < 3e-4:
+                    break
+                action[:3] = np.clip(10 * away / 0.1, -0.3, 0.3)
+            *_, terminated, truncated, info = env.step(action)
+            actions += 1
+            if terminated or truncated:
+                return actions, info["successful_task"]
+    return actions, False
+
+
+class ClippingSurgeon:
+    """Solves ClipAndCut by its observations: the jaws go across each mark and close."""
+
+    PORT = np.array([0.132, -0.154, 0.061])  # m
+    PAST = 0.004                             # m: the tip beyond the middle of the duct
+
+    def __init__(self, env):
+        self.env = env
+        self.actions = 0
+
+    def act(self, velocity, jaw=0.0, turn=0.0):
+        action = np.zeros(7, np.float32)
+        action[:3] = np.clip(np.asarray(velocity) / 0.1, -1, 1)
+        action[3], action[5], action[6] = jaw, turn, self.held
+        self.state, _, terminated, truncated, self.info = self.env.step(action)
+        self.actions += 1
+        return terminated or truncated
+
+    def turn_for(self, tangent):
+        """Returns the angle (rad) by which the jaws' axis, the tool's y, is off the duct."""
+        x, y, z, w = self.state[-22:-18]
+        x_axis = np.array([1 - 2 * (y * y + z * z), 2 * (x * y + z * w), 2 * (x * z - y * w)])
+        y_axis = np.array([2 * (x * y - z * w), 1 - 2 * (x * x + z * z), 2 * (y * z + x * w)])
+        angle = np.arctan2(-tangent @ x_axis, tangent @ y_axis)
+        return (angle + np.pi / 2) % np.pi - np.pi / 2  # either side of the jaws
+
+    def move(self, to, tangent, speed):
+        for _ in range(400):
+            away = to - self.state[:3]
+            turn = self.turn_for(tangent)
+            if np.linalg.norm(away) < 4e-4 and abs(turn) < 0.02:
+                return
+            velocity = 10 * away
+            length = max(np.linalg.norm(velocity), 1e-9)
+            self.act(velocity * min(1, speed / length), turn=np.clip(5 * turn, -1, 1))
+
+    def close_on(self, place, tangent):
+        back = (self.PORT - place) / np.linalg.norm(self.PORT - place)
+        tip = place - self.PAST * back
+        self.move(tip + 0.04 * back, tangent, 0.1)
+        self.move(tip, tangent, 0.05)
+        for jaw in [-1] * 12 + [0] * 3:
+            if self.act(np.zeros(3), jaw=jaw):
+                return
+        self.move(tip + 0.05 * back, tangent, 0.1)
+        for jaw in [1] * 12:
+            self.act(np.zeros(3), jaw=jaw)
+
+    def operate(self, seed):
+        self.held = -1.0
+        self.state, _ = self.env.reset(seed=seed)
+        marks = self.state[-18:].reshape(3, 2, 3).astype(float)
+        for place, tangent in marks[:2]:
+            self.close_on(place, tangent)
+        self.held = 1.0
+        self.close_on(*marks[2])
+        return self.info["successful_task"]
+
 
 if __name__ == "__main__":
     unittest.main()

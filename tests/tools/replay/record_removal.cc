@@ -7,11 +7,13 @@
 // Prints the steps and errors, and how long the session's steps took. Exit status 1 unless all is done
 // without an error; 2 on wrong input.
 
+#include <algorithm>
 #include <chrono>
 #include <cstdio>
 #include <exception>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "scenes/loader/scene.h"
 #include "tests/support/removal_surgeon.h"
@@ -27,7 +29,7 @@ int Record(const std::string& path, const std::string& folder) {
   LockstepSession session(model, {command, command});
   SessionRecorder recorder(*model, folder, false);
   session.RecordTo(&recorder);
-  RemovalSurgeon surgeon(&session, RemovalSurgeon::kRest, 0.3);
+  RemovalSurgeon surgeon(&session);
   const auto started = std::chrono::steady_clock::now();
   const std::size_t done = surgeon.Operate();
   const std::chrono::duration<double> took = std::chrono::steady_clock::now() - started;
@@ -44,6 +46,16 @@ int Record(const std::string& path, const std::string& folder) {
     std::printf("%8.2f s  error: %s\n", error.time,
                 exercise.errors[ToSize(error.rule)].name.c_str());
   }
+  std::vector<Nanoseconds> times = surgeon.step_times();
+  std::ranges::sort(times);
+  const auto quantile = [&times](double share) {
+    return 1e-6 *
+           static_cast<double>(
+               times[static_cast<std::size_t>(share * static_cast<double>(times.size() - 1))]);
+  };
+  std::printf(
+      "processor time of a step with its ticks and log: %.1f ms median, %.1f p99, %.1f most\n",
+      quantile(0.5), quantile(0.99), quantile(1));
   std::printf("%zu of %zu steps, score %.0f, computed in %.0f s\n", done, exercise.steps.size(),
               result.score, took.count());
   return done == exercise.steps.size() && result.errors.empty() && failure.empty() ? 0 : 1;

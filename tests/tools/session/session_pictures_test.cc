@@ -57,9 +57,9 @@ TEST_F(SessionPictures, AreAbsentWhereTheSceneNamesNone) {
 
 TEST_F(SessionPictures, UnreadablePicturesAreRefusedWithTheRemedy) {
   const std::string file = (folder_.path() / "broken.png").string();
-  for (const auto& [organ, scene] : {std::pair("mesh='textured.obj'\ntexture='broken.png'", ""),
-                                     std::pair("mesh='textured.obj'", "background='broken.png'")}) {
-    const std::string error = ErrorOf([&] { Session session(Load(organ, scene)); });
+  for (const auto& keys : {std::pair("mesh='textured.obj'\ntexture='broken.png'", ""),
+                           std::pair("mesh='textured.obj'", "background='broken.png'")}) {
+    const std::string error = ErrorOf([&] { Session session(Load(keys.first, keys.second)); });
     EXPECT_TRUE(StartsWith(error, file + ": "));
     EXPECT_TRUE(Contains(error, "; give a readable PNG file"));
   }

@@ -182,7 +182,7 @@ TEST(DashboardState, KeepsMeshesAndNamesOverASeek) {
   state.Interrupt();
   for (const LogEvent& event : Session()) state.Recall(event);  // the same meshes again
   const json after = Updated(&state, &seen);
-  EXPECT_EQ(after["reset"]["organs"], json({0}));
+  EXPECT_EQ(after["reset"]["organs"], json::array({0}));
   EXPECT_FALSE(after.contains("meshes"));
   EXPECT_FALSE(after.contains("rows"));
   EXPECT_EQ(after["events"][0]["name"], "session.start");

@@ -10,10 +10,11 @@ terminated, truncated, info). The tests check this contract; gymnasium's own che
 """
 
 from .env import Env
+from .exercises import BedDissection, ClipAndCut, Exercise, PegTransfer
 from .spaces import Box, Dict
 from .task import Task
-from .tasks import (TASKS, BedDissection, Exercise, GraspLiftTouch, PalpateNodule, Reach,
-                    TissueRetraction, TwoHandManipulation)
+from .tasks import (TASKS, GraspLiftTouch, PalpateNodule, Reach, TissueRetraction,
+                    TwoHandManipulation)
 from .vector import VectorEnv
 
 
@@ -24,5 +25,6 @@ def make(task, **options):
     return Env(TASKS[task], **options)
 
 
-__all__ = ["BedDissection", "Box", "Dict", "Env", "Exercise", "GraspLiftTouch", "PalpateNodule",
-           "Reach", "TASKS", "Task", "TissueRetraction", "TwoHandManipulation", "VectorEnv", "make"]
+__all__ = ["BedDissection", "Box", "ClipAndCut", "Dict", "Env", "Exercise", "GraspLiftTouch",
+           "PalpateNodule", "PegTransfer", "Reach", "TASKS", "Task", "TissueRetraction",
+           "TwoHandManipulation", "VectorEnv", "make"]

@@ -80,6 +80,13 @@ class Exercise(Task): ...
 
 class BedDissection(Exercise): ...
 
+class ClipAndCut(Exercise):
+    MARKS: ClassVar[tuple[float, float, float]]  # m
+    TURN: ClassVar[float]  # rad
+    AWAY: ClassVar[float]  # m
+
+class PegTransfer(Exercise): ...
+
 TASKS: dict[str, type[Task]]
 
 class Env:

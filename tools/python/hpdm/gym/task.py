@@ -16,7 +16,7 @@ WARM_UP_STEPS = 20  # the force guard ramps in over half a second
 class Slot:
     """The arrays of one session, alone or in a batch."""
 
-    ARRAYS = ("force", "peak_force", "tip", "velocity", "jaw", "contact_organ", "contact_kind",
+    ARRAYS = ("force", "peak_force", "tip", "velocity", "rotation", "jaw", "contact_organ", "contact_kind",
               "depth", "slip", "organ_force", "commands")
 
     def __init__(self, source, index=None):
@@ -43,6 +43,11 @@ class Slot:
         """Presses or releases the pedal of a hand."""
         index = () if self._index is None else (self._index,)
         self._source.press(*index, instrument, pressed)
+
+    def exchange(self, instrument, held):
+        """Gives a hand its instrument number `held` once its tip is free."""
+        index = () if self._index is None else (self._index,)
+        self._source.exchange(*index, instrument, held)
 
     def load(self, state):
         """Continues from a state."""
@@ -222,3 +227,6 @@ class Task:
         i = self.index[hand]
         return (self.slot.contact_kind[i] == 2
                 and self.slot.organs[self.slot.contact_organ[i]] == organ)
+
+
+GENERAL = Task.weights  # of the terms that all tasks have

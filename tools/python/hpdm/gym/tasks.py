@@ -4,9 +4,8 @@ mean the same. All weights are stated here; those of LapGym are zero until a use
 import numpy as np
 
 from ..scene import Scene, scene_path
-from .task import Task
-
-GENERAL = Task.weights
+from .exercises import BedDissection, ClipAndCut, PegTransfer
+from .task import GENERAL, Task
 
 
 class Reach(Task):
@@ -206,44 +205,6 @@ class TwoHandManipulation(Task):
         return terms, bool(at.all())
 
 
-class Exercise(Task):
-    """A scene's own exercise: its steps, errors and end judge the episode (scenes/README.md).
-
-    An action has a fifth number for each hand: its pedal is pressed above 0. The state has the number
-    of steps done and how far the present one is. A subclass names the scene and the hands.
-    """
-
-    ACTIONS = 5
-    weights = {**GENERAL, "progress": 5.0, "error_points": -0.2}
-
-    def begin_episode(self, rng, options):
-        for instrument in self.hands:
-            self.slot.press(instrument, False)
-        self._last = self.slot.exercise()
-        return {}
-
-    def act_more(self, instrument, values):
-        self.slot.press(self.scene.instruments[instrument], bool(values[0] > 0))
-
-    def extra_state(self):
-        return [float(self._last["step"]), self._last["progress"]]
-
-    def judge(self):
-        last, now = self._last, self.slot.exercise()
-        self._last = now
-        terms = {"progress": (now["step"] + now["progress"]) - (last["step"] + last["progress"]),
-                 "error_points": sum(error["points"] for error in now["errors"][len(last["errors"]):])}
-        return terms, now["passed"]
-
-
-class BedDissection(Exercise):
-    """Lift the gallbladder off the liver with the grasper and burn the bed with the hook."""
-
-    SCENE = "bed_dissection.toml"
-    organ = "gallbladder"
-    hands = ("grasper", "hook")
-    limit = 9000  # the scene's 300 s
-
-
 TASKS = {task.__name__: task for task in (Reach, PalpateNodule, TissueRetraction, GraspLiftTouch,
-                                          TwoHandManipulation, BedDissection)}
+                                          TwoHandManipulation, BedDissection, ClipAndCut,
+                                          PegTransfer)}

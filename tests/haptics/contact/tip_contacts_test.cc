@@ -1,0 +1,55 @@
+#include "haptics/contact/tip_contacts.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "tests/support/contact_patches.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kTipRadius = 0.0025;  // m, of the tip
+constexpr double kTipStiffness = 120;  // N/m
+constexpr double kTipDepth = 0.003;    // m
+
+// A plane at z = 0 with the given stiffness (N/m) everywhere.
+ToolPatch SoftPlane(int organ, double stiffness) {
+  ToolPatch patch = PlanePatch(7, 0.03, 0);
+  patch.organ = organ;
+  patch.reaction = ReactionType::kLattice;
+  patch.compliance_W = Matrix3d::Identity() / stiffness;
+  for (int i = 0; i < patch.point_count; ++i) patch.points[i].compliance_W = patch.compliance_W;
+  return patch;
+}
+
+// A tick of a tip at kTipDepth.
+HapticForce Tick(TipContacts* contacts) {
+  contacts->Locate({.X_WT = Isometry3d(Eigen::Translation3d(0.001, 0.002, kTipRadius - kTipDepth)),
+                    .tip_radius = kTipRadius});
+  TipContacts::Solve(contacts);
+  return contacts->result();
+}
+
+// The log's `kind`, `organ` and `depth` are those of the contact that presses. Otherwise the log would
+// show two contacts where there is one, and its check would judge each half.
+TEST(TipContacts, AContactThatFadesOutDoesNotHideOneThatPresses) {
+  auto patches = std::make_unique<ToolPatches>();
+  patches->places[0] = SoftPlane(0, 4 * kTipStiffness);
+  patches->places[1] = SoftPlane(1, kTipStiffness);
+  TipContacts contacts;
+  contacts.SetPatches(*patches);
+  for (int i = 0; i < 300; ++i) Tick(&contacts);
+  EXPECT_EQ(contacts.result().organ, 0);
+  const auto next = std::make_unique<ToolPatches>();
+  next->places[1] = SoftPlane(1, kTipStiffness);
+  contacts.SetPatches(*next);
+  const HapticForce force = Tick(&contacts);
+  EXPECT_GT(force.reaction_W.z(), 4 * kTipStiffness * kTipDepth) << "the first one fades out";
+  EXPECT_EQ(force.kind, ContactKind::kPress);
+  EXPECT_EQ(force.organ, 1);
+  EXPECT_NEAR(force.depth, kTipDepth, 1e-12);
+}
+
+}  // namespace
+}  // namespace hpdm
