@@ -239,6 +239,7 @@ enum GuardFlag : std::uint32_t {
   kGuardPassivity = 1u << 7,      ///< The passivity controller damps.
   kGuardPaused = 1u << 8,         ///< The session is paused: the force decays.
   kGuardTrocar = 1u << 9,         ///< No action: the force includes friction in the trocar.
+  kGuardTank = 1u << 10,          ///< The energy tank takes over 1 % of soft tissue's force.
 };
 
 /// One instrument in one haptic tick.

@@ -14,6 +14,9 @@ namespace {
 // of 5 ms is short beside the 33 ms of a deformation step, which uses the velocity to look ahead.
 constexpr double kVelocityCutoff = 30;  // Hz
 
+// Part of soft tissue's force that the energy tank takes without a flag: below what a hand notices.
+constexpr double kTankShown = 0.01;
+
 // 0 in lockstep.
 Nanoseconds SinceWakeUp(Nanoseconds scheduled, const TickTiming& timing) {
   return timing.clock == nullptr ? 0 : timing.clock->Now() - scheduled - timing.wake_late_ns;
@@ -28,11 +31,21 @@ bool IsPose(const DeviceSample& sample, Nanoseconds now) {
          sample.time_ns >= now - kFurthest;
 }
 
+EnergyTankOptions TankOf(const std::vector<HapticInstrument>& instruments, Nanoseconds period_ns) {
+  EnergyTankOptions options;
+  options.period = ToSeconds(period_ns);
+  for (const HapticInstrument& instrument : instruments) {
+    const PassivityOptions& passivity = instrument.passivity;
+    options.control = options.control && passivity.control && passivity.still;
+  }
+  return options;
+}
+
 }  // namespace
 
 HapticLoop::HapticLoop(std::vector<HapticInstrument> instruments, Nanoseconds period_ns,
                        const Edges& edges)
-    : period_ns_(period_ns), edges_(edges) {
+    : tank_(TankOf(instruments, period_ns)), period_ns_(period_ns), edges_(edges) {
   HPDM_CHECK(instruments.size() <= kMaxInstruments);
   HPDM_CHECK(period_ns > 0);
   tools_.reserve(instruments.size());
@@ -67,6 +80,7 @@ void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
   MoveTools(now);
   TakePatch(scheduled);
   EvaluateContacts(scheduled);
+  LimitTissue();
   DampContacts(now);
   GuardForces(scheduled);
   WriteEfforts();
@@ -233,11 +247,27 @@ Vector3d HapticLoop::TrocarForce(Tool* tool) const {
   return force_W;
 }
 
+// The energy tank's share of soft tissue; walls keep their force.
+void HapticLoop::LimitTissue() {
+  std::array<EnergyTank::Press, kMaxInstruments> presses;
+  for (std::size_t i = 0; i < tools_.size(); ++i) {
+    const HapticForce& contact = tools_[i].contacts.result();
+    presses[i] = {tools_[i].pose.X_WT.translation(), contact.reaction_W, contact.tissue_stored,
+                  contact.stored, contact.kind};
+  }
+  tank_takes_ = 1 - tank_.Limit(std::span(presses).first(tools_.size()));
+  for (Tool& tool : tools_) {
+    const HapticForce& contact = tool.contacts.result();
+    tool.reaction_W = contact.reaction_W;
+    if (tank_takes_ > 0) tool.reaction_W -= tank_takes_ * (contact.reaction_W - contact.wall_W);
+  }
+}
+
 void HapticLoop::DampContacts(Nanoseconds now) {
   for (Tool& tool : tools_) {
     const HapticForce& contact = tool.contacts.result();
     tool.damping_force_W = tool.passivity.Damp(
-        now, tool.sample, tool.pose.X_WT.translation(), tool.J, contact.reaction_W,
+        now, tool.sample, tool.pose.X_WT.translation(), tool.J, tool.reaction_W,
         {contact.stored, contact.wall_W, contact.p_tip_organ_W}, TrocarForce(&tool));
   }
 }
@@ -246,15 +276,14 @@ void HapticLoop::GuardForces(Nanoseconds scheduled) {
   const Nanoseconds elapsed = has_run_ ? scheduled - last_scheduled_ns_ : period_ns_;
   for (Tool& tool : tools_) {
     tool.force_on = tool.instrument.device->ForceOn();
-    tool.safe =
-        tool.guard.Filter({.reaction_W = tool.contacts.result().reaction_W + tool.damping_force_W,
-                           .J = tool.J,
-                           .elapsed = ToSeconds(elapsed),
-                           .has_patch = patch_number_ > 0,
-                           .patch_age_ns = patch_age_ns_,
-                           .device_valid = tool.sample.valid,
-                           .force_on = tool.force_on,
-                           .paused = paused_});
+    tool.safe = tool.guard.Filter({.reaction_W = tool.reaction_W + tool.damping_force_W,
+                                   .J = tool.J,
+                                   .elapsed = ToSeconds(elapsed),
+                                   .has_patch = patch_number_ > 0,
+                                   .patch_age_ns = patch_age_ns_,
+                                   .device_valid = tool.sample.valid,
+                                   .force_on = tool.force_on,
+                                   .paused = paused_});
   }
   last_scheduled_ns_ = scheduled;
   has_run_ = true;
@@ -268,10 +297,16 @@ void HapticLoop::WriteEfforts() {
 }
 
 void HapticLoop::ObserveEnergy() {
+  std::array<Vector3d, kMaxInstruments> forces_W;
+  for (std::size_t i = 0; i < tools_.size(); ++i) forces_W[i] = tools_[i].safe.force_W;
+  tank_.Observe(std::span(forces_W).first(tools_.size()));
   for (Tool& tool : tools_) {
     tool.passivity.Observe(tool.safe.force_W, tool.safe.authority,
                            (tool.safe.flags & kGuardDisabled) == 0);
     if (tool.passivity.damping() > 0) tool.safe.flags |= kGuardPassivity;
+    if (tank_takes_ > kTankShown && tool.contacts.result().tissue_stored > 0) {
+      tool.safe.flags |= kGuardTank;
+    }
     if (tool.trocar_friction.IsOn()) tool.safe.flags |= kGuardTrocar;
   }
 }

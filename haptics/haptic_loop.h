@@ -18,6 +18,7 @@
 #include "haptics/contact/trocar_friction.h"
 #include "haptics/device/device.h"
 #include "haptics/device/impulse_engine.h"
+#include "haptics/safety/energy_tank.h"
 #include "haptics/safety/force_guard.h"
 #include "haptics/safety/passivity.h"
 
@@ -135,6 +136,7 @@ class HapticLoop {
     ToolPose pose;
     Isometry3d X_WC = Isometry3d::Identity();  // pose in which the jaws closed, or the present one
     Matrix3d J = Matrix3d::Zero();
+    Vector3d reaction_W = Vector3d::Zero();  // of the contacts, with what the tank leaves of tissue
     Vector3d damping_force_W = Vector3d::Zero();
     bool force_on = false;  // read once a tick: a stop may come between two readings
     ForceGuard::Output safe;
@@ -147,6 +149,7 @@ class HapticLoop {
   void TakePatch(Nanoseconds scheduled);
   void EvaluateContacts(Nanoseconds scheduled);
   Vector3d TrocarForce(Tool* tool) const;
+  void LimitTissue();
   void DampContacts(Nanoseconds now);
   void GuardForces(Nanoseconds scheduled);
   void WriteEfforts();
@@ -157,6 +160,8 @@ class HapticLoop {
   void PushToLink();
 
   std::vector<Tool> tools_;
+  EnergyTank tank_;
+  double tank_takes_ = 0;  // share of soft tissue's force, in this tick
   Nanoseconds period_ns_;
   Rebindable<Edges> edges_;
   bool paused_ = false;

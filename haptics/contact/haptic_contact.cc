@@ -120,7 +120,10 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
   const Vector3d delta_W = C_W * force_on_tissue_W;
   result_.reaction_W = ForceOnHand(NodeOfCompliance(C_W), delta_W);
   result_.rigid = patch_->rigid;
-  if (!result_.rigid) return;
+  if (!result_.rigid) {
+    result_.tissue_stored = TipEnergy(tip_, force_on_tissue_W);
+    return;
+  }
   result_.stored = 0.5 * force_on_tissue_W.dot(delta_W);
   result_.wall_W = result_.reaction_W;
 }
@@ -169,6 +172,7 @@ void HapticContact::FadeIn() {
   Vector3d& felt_W = result_.reaction_W;
   felt_W += offset_W_;
   felt_W -= std::min(felt_W.dot(result_.normal_W), 0.0) * result_.normal_W;
+  result_.tissue_stored *= felt_W.squaredNorm() / std::max(raw_W.squaredNorm(), 1e-300);
 }
 
 void HapticContact::Solve(HapticContact* tip) noexcept {

@@ -38,6 +38,7 @@ struct HapticForce {
   ContactKind kind = ContactKind::kNone;
   bool rigid = false;                  ///< Press on a rigid organ's virtual wall.
   double stored = 0;                   ///< Then: energy of the wall's springs, J.
+  double tissue_stored = 0;            ///< Else: energy of the tissue's springs (TipEnergy), J.
   Vector3d wall_W = Vector3d::Zero();  ///< Then: the wall's part of the reaction, N.
   /// The tip relative to the organ's motion, m: reaction_W does the work of the contact along it.
   Vector3d p_tip_organ_W = Vector3d::Zero();

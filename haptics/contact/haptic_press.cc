@@ -260,6 +260,7 @@ void HapticContact::PressPaper() {
         foot_.weights[i] * ForceOnHand(surface_patch().nodes[foot_.corners[i]], delta_W);
   }
   result_.reaction_W -= std::min(result_.reaction_W.dot(tip_.normal_W), 0.0) * tip_.normal_W;
+  result_.tissue_stored = 0.5 * tip_.depth * result_.reaction_W.norm();
 }
 
 }  // namespace hpdm

@@ -161,6 +161,7 @@ void HapticContact::Roll(TipPose* tip) {
 void HapticContact::CountAtTip() {
   const double lever = std::clamp(from_trocar_ / std::max(tip_from_trocar_, 1e-300), 0.0, 1.0);
   result_.reaction_W = OnTip(result_.reaction_W, axis_W_, lever);
+  result_.wall_W = OnTip(result_.wall_W, axis_W_, lever);
   if (!(lever > 0)) return;
   const Vector3d p_tip_W = p_trocar_W_ + organ_offset_W_ - tip_from_trocar_ * axis_W_;
   result_.p_tip_organ_W = p_tip_W - OnTip(organ_offset_W_, axis_W_, 1 / lever);

@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <algorithm>
+#include <utility>
 
 #include "engine/contact/contact_solver.h"
 
@@ -119,6 +120,21 @@ Matrix3d ComplianceAt(const CondensedTip& tip, const Vector3d& force_W) noexcept
   if (tip.holds || !tip.indentation.indents()) return tip.compliance_W;
   const double f_n = std::max(0.0, -tip.normal_W.dot(force_W));
   return tip.compliance_W + tip.indentation.BallYield(f_n) * tip.indentation.factor_W();
+}
+
+double TipEnergy(const CondensedTip& tip, const Vector3d& force_W) noexcept {
+  const double lattice = 0.5 * force_W.dot(tip.compliance_W * force_W);
+  const double f = -tip.normal_W.dot(force_W);
+  if (tip.holds || !tip.indentation.indents() || !(f > 0)) return lattice;
+  // Of f d(f q) = f BallYieldRate df, by Gauss' rule of three points.
+  constexpr double kAside = 0.3872983346207417;  // sqrt(3 / 20)
+  double sum = 0;
+  for (const auto& [share, weight] :
+       {std::pair(0.5 - kAside, 5.0 / 18), {0.5, 8.0 / 18}, {0.5 + kAside, 5.0 / 18}}) {
+    sum += weight * share * f * f * tip.indentation.BallYieldRate(share * f);
+  }
+  const Vector3d a_W = force_W / f;
+  return lattice + sum * a_W.dot(tip.indentation.factor_W() * a_W);
 }
 
 Vector3d TipForce(const CondensedTip& tip) noexcept {

@@ -253,6 +253,7 @@ void TipContacts::Finish() {
     if (force.reaction_W.squaredNorm() != 0) result_.reaction_W += force.reaction_W;
     result_.wall_W += force.wall_W;
     result_.stored += force.stored;
+    result_.tissue_stored += force.tissue_stored;
     if (force.stored <= most_stored) continue;
     most_stored = force.stored;
     result_.p_tip_organ_W = force.p_tip_organ_W;

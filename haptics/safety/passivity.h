@@ -10,6 +10,7 @@ namespace hpdm {
 
 struct PassivityOptions {
   bool control = true;             ///< If false, energy is only observed.
+  bool still = true;               ///< No organ moves by itself: all energy in tissue is the hands'.
   DeviceAxes device = AxesOf({});  ///< The device's own dissipation and inertia.
   double period = 1e-3;            ///< s, haptic period.
 
@@ -65,8 +66,8 @@ struct WallPress {
 /// so a contact below half the passivity bound of stability.h is never damped.
 ///
 /// The tissue's law itself also gives the hand energy, by breathing or by a patch that differs from
-/// the one before. It is in energy(), for the log, but is not damped. Either it is intended, or its
-/// source needs correction.
+/// the one before. It is in energy(), for the log, but is not damped. The energy tank limits the
+/// latter (energy_tank.h).
 ///
 /// Controller. Each axis has an account, J:
 /// 1. It starts at `reserve`. The device's dissipation adds to it, generated energy subtracts.
@@ -92,9 +93,7 @@ struct WallPress {
 ///    account. With the wall's stiffness K, the lesser of F^2 / 2U and max_force_rate / v,
 ///        |F| <= sqrt(2 E K) - K v (period + age).
 ///    The first term lets the guard end the force before E is spent.
-/// A wall whose stiffness differs from place to place is passive for the same reason. Soft tissue
-/// is not limited.
-///
+/// A wall whose stiffness differs from place to place is passive for the same reason.
 /// The guard (force_guard.h) follows: it clamps, ramps and slews the damping with the rest of the
 /// force. The observer then takes the guard's result.
 ///

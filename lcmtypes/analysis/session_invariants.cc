@@ -112,8 +112,7 @@ class TickJudges {
     for (int i = 0; i < sample.tool_count; ++i) {
       const ToolSample& tool = sample.tools[i];
       const ToolSample& last = last_tools_[i];
-      const double work =
-          -0.5 * (last.reaction_W + tool.reaction_W).dot(tool.p_tip_W - last.p_tip_W);
+      const double work = -0.5 * (last.force_W + tool.force_W).dot(tool.p_tip_W - last.p_tip_W);
       if (follows) contact_.put_in += std::max(work, 0.0);
       if (follows) contact_.work += work;
       contact_.judged = contact_.judged && tool.kind != ContactKind::kGrasp;

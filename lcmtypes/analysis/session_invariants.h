@@ -50,8 +50,8 @@ struct Invariant {
 ///   slew     its change from tick to tick over the device's limit; in a thinned log the mean
 ///            change since the last output. A switched-off force is exempt (force_guard.h), and so
 ///            is a change across a lost tick
-///   energy   share of the work put into a contact that the hands got back beyond it: of the force
-///            before the guard, from the first touch of any tool until all have been free for 0.1 s.
+///   energy   share of the work put into a contact that the hands got back beyond it: of the displayed
+///            force, which energy tank and passivity controller limit, from the first touch of any tool until all have been free for 0.1 s.
 ///            The organs are then at rest, so friction can only make it negative; a tool that loses
 ///            its place for a tick does not end the contact. Judged under the condition of
 ///            `work`, from 0.1 mJ put in. A contact in which jaws hold is exempt: they do work

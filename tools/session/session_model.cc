@@ -11,6 +11,7 @@
 #include "tools/session/hand_site.h"
 #include "tools/session/instrument_meshes.h"
 #include "tools/session/scene_defaults.h"
+#include "tools/session/session_scene.h"
 #include "tools/shared/report_text.h"
 #include "tools/shared/with_scene_path.h"
 
@@ -266,8 +267,11 @@ HandSite SessionModel::SiteOf(const InstrumentOptions& instrument) const {
 std::vector<HapticInstrument> SessionModel::HapticInstruments(
     const std::vector<std::unique_ptr<Device>>& devices) const {
   std::vector<HapticInstrument> instruments;
+  const bool still = OrgansAreStill(scene_);
   for (std::size_t i = 0; i < devices.size(); ++i) {
     const InstrumentOptions& options = scene_.instruments[i];
+    PassivityOptions passivity = PassivityOf(options.device, ToSeconds(haptic_period_ns()));
+    passivity.still = still;
     ForceGuardOptions guard;
     guard.max_force = options.device.max_force;
     guard.max_torque = options.device.max_torque;
@@ -277,7 +281,7 @@ std::vector<HapticInstrument> SessionModel::HapticInstruments(
                            kinematics_[i],
                            GeometriesOf(options),
                            guard,
-                           PassivityOf(options.device, ToSeconds(haptic_period_ns())),
+                           passivity,
                            {options.trocar_friction, options.trocar_torque, options.device.delay}});
   }
   return instruments;

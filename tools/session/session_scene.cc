@@ -76,6 +76,10 @@ Scene LoadRecordedScene(const std::filesystem::path& path) {
   return scene;
 }
 
+bool OrgansAreStill(const Scene& scene) {
+  return std::none_of(scene.organs.begin(), scene.organs.end(), Moves);
+}
+
 SessionLimits LimitsOf(const Scene& scene) {
   SessionLimits limits;
   for (const InstrumentOptions& instrument : scene.instruments) {
@@ -83,12 +87,11 @@ SessionLimits LimitsOf(const Scene& scene) {
     limits.tools.push_back(
         {.max_force = device.max_force, .slew = device.max_force_rate / scene.timing.haptic_hz});
   }
+  limits.still = OrgansAreStill(scene);
   limits.pushing = FirstPushing(scene.organs);
   std::vector<bool> carried(scene.organs.size());  // by the first organ: one of them moves
   for (std::size_t o = 0; o < scene.organs.size(); ++o) {
-    if (!Moves(scene.organs[o])) continue;
-    limits.still = false;
-    carried[limits.pushing[o]] = true;
+    if (Moves(scene.organs[o])) carried[limits.pushing[o]] = true;
   }
   for (std::size_t o = 0; o < scene.organs.size(); ++o) {
     const OrganOptions& organ = scene.organs[o];

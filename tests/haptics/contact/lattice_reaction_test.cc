@@ -109,6 +109,30 @@ TEST(LatticeReaction, TwoBallsKeepTheirConditionsUnderTheirOwnLaws) {
   EXPECT_GT(one, 50);
 }
 
+// The energy is summed along the press here.
+TEST(LatticeReaction, TipEnergyIsTheWorkOfAPress) {
+  HandRandom random(6);
+  for (const double young : {500.0, 5000.0, 1e9}) {
+    for (int i = 0; i < 20; ++i) {
+      CondensedTip tip;
+      tip.compliance_W = RandomCompliance(&random).topLeftCorner<3, 3>();
+      tip.normal_W = RandomVector(&random).normalized();
+      tip.indentation = {{.young = young, .poisson = 0.45}, tip.normal_W, 0.005, 0.02};
+      double work = 0, last = 0;
+      const double depth = random.Uniform(1e-3, 1e-2);
+      constexpr int kParts = 4000;
+      for (int k = 1; k <= kParts; ++k) {
+        tip.depth = depth * k / kParts;
+        const double f_n = -tip.normal_W.dot(TipForce(tip));
+        work += 0.5 * (last + f_n) * depth / kParts;
+        last = f_n;
+      }
+      const double stored = TipEnergy(tip, TipForce(tip));
+      EXPECT_NEAR(stored, work, 0.01 * work) << young;
+    }
+  }
+}
+
 TEST(LatticeReaction, HeldTipsMoveAsTheirJawsDo) {
   HandRandom random(3);
   for (int i = 0; i < 200; ++i) {

@@ -305,9 +305,9 @@ TEST_F(SessionInvariants, NameAPatchThatWasSeenBeforeItsStep) {
 }
 
 TEST_F(SessionInvariants, NameAContactThatGivesEnergy) {
-  // It pushes harder on the way out. The guard's output does not show it.
+  // It pushes harder on the way out.
   const auto more = [](Tick* tick) {
-    if (tick->output.tick % 400 >= 300) tick->output.tools[0].reaction_W *= 1.05;
+    if (tick->output.tick % 400 >= 300) tick->output.tools[0].force_W *= 1.05;
   };
   WriteSession(more);
   EXPECT_EQ(Broken(), "energy");
@@ -335,7 +335,9 @@ TEST_F(SessionInvariants, LetAToolLoseItsPlaceForATick) {
 
 TEST_F(SessionInvariants, LetFrictionDissipate) {
   WriteSession([](Tick* tick) {
-    if (tick->output.tick % 400 >= 300) tick->output.tools[0].reaction_W *= 0.5;
+    // From the deepest point on it gives less and less back.
+    const double out = (static_cast<double>(tick->output.tick % 400) - 300) / 100;
+    if (out > 0) tick->output.tools[0].force_W *= 1 - 0.5 * out;
   });
   EXPECT_EQ(Broken(), "");
 }

@@ -1,0 +1,57 @@
+#include "haptics/safety/energy_tank.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "engine/base/check.h"
+
+namespace hpdm {
+namespace {
+
+// The limit is full once the tissue has given back the inverse of this share of its energy. Without any
+// energy in the tank half of that share is lost.
+constexpr double kSteep = 8;
+
+}  // namespace
+
+EnergyTank::EnergyTank(const EnergyTankOptions& options)
+    : options_(options), kept_(std::exp(-options.period / options.settle)) {}
+
+double EnergyTank::Limit(std::span<const Press> presses) noexcept {
+  HPDM_CHECK(presses.size() <= tools_.size());
+  double tissue = 0, walls = 0;
+  bool touches = false;
+  for (std::size_t i = 0; i < presses.size(); ++i) {
+    const Press& press = presses[i];
+    Tool& tool = tools_[i];
+    tool.moved_W = started_ ? Vector3d(press.p_tip_W - tool.p_tip_W) : Vector3d::Zero();
+    tool.p_tip_W = press.p_tip_W;
+    tool.asked_W = press.reaction_W.allFinite() ? press.reaction_W : Vector3d::Zero();
+    energy_ -= 0.5 * (tool.force_W + tool.asked_W).dot(tool.moved_W);
+    tissue += press.tissue_stored;
+    walls += press.wall_stored;
+    held_ = held_ || press.kind == ContactKind::kGrasp;
+    touches = touches || press.kind != ContactKind::kNone;
+  }
+  started_ = true;
+  free_ = touches ? 0 : free_ + options_.period;
+  if (free_ >= options_.released) {
+    energy_ = largest_ = 0;
+    held_ = false;
+  }
+  largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
+  if (!options_.control || held_ || !(tissue > 0)) return 1;
+  const double covered = std::clamp((energy_ + options_.reserve - walls) / tissue, 0.0, 1.0);
+  const double given_back = std::min(1.0, kSteep * (1 - tissue / largest_));
+  return 1 - (1 - covered) * given_back;
+}
+
+void EnergyTank::Observe(std::span<const Vector3d> forces_W) noexcept {
+  for (std::size_t i = 0; i < forces_W.size(); ++i) {
+    Tool& tool = tools_[i];
+    energy_ -= 0.5 * (forces_W[i] - tool.asked_W).dot(tool.moved_W);
+    tool.force_W = forces_W[i];
+  }
+}
+
+}  // namespace hpdm

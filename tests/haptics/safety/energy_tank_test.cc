@@ -1,0 +1,200 @@
+// Presses on springs in one dimension. The hand's work is summed here, apart from the tank.
+#include "haptics/safety/energy_tank.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "tests/support/haptic_bench.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kPressed = 0.01;  // m
+constexpr double kSpring = 100;    // N/m
+constexpr int kWay = 100;          // ticks from touch to deepest, and back
+const double kStored = 0.5 * kSpring * kPressed * kPressed;
+
+// What a tank leaves of the force of one or two springs.
+struct Springs {
+  explicit Springs(const EnergyTankOptions& options = {}, std::size_t tools = 1)
+      : tank(options), last_forces_W(tools, Vector3d::Zero()), last_depths(tools) {
+    Tick(last_depths, last_depths);
+  }
+
+  // One tick with the given depths (m) and stiffnesses (N/m). Returns the share.
+  double Tick(std::vector<double> depths, std::vector<double> stiffnesses,
+              ContactKind kind = ContactKind::kPress) {
+    const std::size_t count = depths.size();
+    std::vector<EnergyTank::Press> presses(count);
+    std::vector<Vector3d> forces_W(count);
+    for (std::size_t i = 0; i < count; ++i) {
+      const double pressed = std::max(depths[i], 0.0);
+      presses[i].p_tip_W = Vector3d(0, 0, -depths[i]);
+      presses[i].reaction_W = Vector3d(0, 0, stiffnesses[i] * pressed);
+      presses[i].tissue_stored = 0.5 * stiffnesses[i] * pressed * pressed;
+      presses[i].kind = pressed > 0 ? kind : ContactKind::kNone;
+    }
+    share = tank.Limit(presses);
+    for (std::size_t i = 0; i < count; ++i) {
+      forces_W[i] = share * presses[i].reaction_W;
+      work += 0.5 * (forces_W[i] + last_forces_W[i]).z() * (depths[i] - last_depths[i]);
+    }
+    tank.Observe(forces_W);
+    last_forces_W = forces_W;
+    last_depths = depths;
+    return share;
+  }
+  // Moves one tool from a depth to another. Returns the least share.
+  double Move(double from, double to, double stiffness, ContactKind kind = ContactKind::kPress) {
+    double least = 1;
+    for (int i = 1; i <= kWay; ++i) {
+      least = std::min(least, Tick({from + (to - from) * i / kWay}, {stiffness}, kind));
+    }
+    return least;
+  }
+
+  EnergyTank tank;
+  double work = 0;  // of the hands, J
+  double share = 1;
+  std::vector<Vector3d> last_forces_W;
+  std::vector<double> last_depths;
+};
+
+TEST(EnergyTank, LeavesALinearSpringAlone) {
+  Springs springs;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_NEAR(springs.Move(0, kPressed, kSpring), 1, 1e-9);
+    EXPECT_NEAR(springs.Move(kPressed, 0, kSpring), 1, 1e-9);
+  }
+  EXPECT_NEAR(springs.work, 0, 1e-12);
+}
+
+// Also of tissue that dissipates: it gives less back than the tank has.
+TEST(EnergyTank, LeavesTissueThatSoftensAlone) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  EXPECT_EQ(springs.Move(kPressed, 0, 0.6 * kSpring), 1);
+}
+
+TEST(EnergyTank, GivesBackNoMoreThanWasPutIn) {
+  for (const double stiffer : {1.05, 1.5, 3.0}) {
+    Springs free({.control = false});
+    free.Move(0, kPressed, kSpring);
+    free.Move(kPressed, 0, stiffer * kSpring);
+    EXPECT_NEAR(free.work, (1 - stiffer) * kStored, 0.02 * kStored) << "without the tank";
+
+    Springs springs;
+    springs.Move(0, kPressed, kSpring);
+    springs.Move(kPressed, 0, stiffer * kSpring);
+    EXPECT_GT(springs.work, -0.01 * kStored - 2e-6) << stiffer;
+    EXPECT_LT(springs.work, 0.06 * kStored) << "nor does it take much: " << stiffer;
+  }
+}
+
+// Without any energy in the tank the tissue gives back half of what it gives before the limit is full.
+TEST(EnergyTank, GivesLittleOfAPressThatBeginsDeep) {
+  Springs springs;
+  springs.Tick({kPressed}, {0});
+  springs.Move(kPressed, 0, kSpring);
+  EXPECT_GT(springs.work, -kStored / 12);
+}
+
+TEST(EnergyTank, LeavesTheFullForceToAToolThatStandsStill) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  EXPECT_EQ(springs.Move(kPressed, kPressed, 2 * kSpring), 1);
+  springs.Move(kPressed, 0.8 * kPressed, 2 * kSpring);
+  EXPECT_LT(springs.share, 0.9);
+  for (int i = 0; i < 100; ++i) springs.Move(0.8 * kPressed, 0.8 * kPressed, 2 * kSpring);
+  EXPECT_NEAR(springs.share, 1, 1e-3);
+  EXPECT_EQ(springs.Move(0.8 * kPressed, kPressed, 2 * kSpring), 1) << "pressed further";
+}
+
+// A hand feels its force change by about a tenth.
+TEST(EnergyTank, ChangesTheForceWithoutAStep) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  springs.Tick({kPressed}, {2 * kSpring});
+  double last = springs.last_forces_W[0].z(), largest = 0;
+  for (int i = 1; i <= 2000; ++i) {
+    springs.Tick({kPressed * (1 - i / 2000.0)}, {2 * kSpring});
+    const double force = springs.last_forces_W[0].z();
+    largest = std::max(largest, std::abs(force - last));
+    last = force;
+  }
+  EXPECT_LT(largest, 0.01 * 2 * kSpring * kPressed);
+}
+
+TEST(EnergyTank, LetsOneHandHaveWhatAnotherPutIn) {
+  Springs springs({}, 2);
+  for (int i = 1; i <= kWay; ++i) springs.Tick({kPressed * i / kWay, 0}, {kSpring, 0});
+  // The first tool's tissue comes up to the second one, which stands below its surface.
+  springs.Tick({kPressed, kPressed}, {0, 0});
+  double least = 1;
+  for (int i = kWay; i >= 0; --i) {
+    least = std::min(least, springs.Tick({kPressed, kPressed * i / kWay}, {0, kSpring}));
+  }
+  EXPECT_NEAR(least, 1, 0.02);
+}
+
+TEST(EnergyTank, BeginsAnewOnceTheToolsAreFree) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  springs.Move(kPressed, 0, 0.5 * kSpring);  // leaves half of the energy in the tank
+  springs.Move(0, -kPressed, kSpring);
+  springs.Move(-kPressed, 0, kSpring);
+  EXPECT_EQ(springs.tank.energy(), 0);
+  springs.Move(0, kPressed, kSpring);
+  EXPECT_LT(springs.Move(kPressed, 0, 1.5 * kSpring), 0.9) << "the last contact's is not available";
+}
+
+TEST(EnergyTank, DoesNotLimitJaws) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  springs.Tick({kPressed}, {kSpring}, ContactKind::kGrasp);
+  EXPECT_EQ(springs.Move(kPressed, 0, 2 * kSpring), 1) << "the jaws did work";
+  springs.Move(0, -kPressed, kSpring);
+  springs.Move(-kPressed, kPressed, kSpring);
+  EXPECT_LT(springs.Move(kPressed, 0, 2 * kSpring), 0.9);
+}
+
+// The loop's patches come from a step at a time. The tissue has become stiffer from one to the next.
+TEST(EnergyTank, HoldsForTheLoopsForce) {
+  for (const bool control : {true, false}) {
+    Bench bench(control);
+    bench.Settle();
+    double work = 0, put_in = 0;
+    bool limited = false;
+    Vector3d last_force_W = Vector3d::Zero(), last_W(0, 0, kTipRadius + 0.002);
+    const auto move = [&](double to) {
+      const double from = last_W.z();
+      for (int i = 1; i <= 99; ++i) {
+        if (i % 33 == 1) bench.PublishPatch();
+        const Vector3d tip_W(0, 0, from + (to - from) * i / 99);
+        bench.device.MoveTip(tip_W);
+        const ToolSample tool = bench.Tick().tools[0];
+        const double done = -0.5 * (tool.force_W + last_force_W).dot(tip_W - last_W);
+        work += done;
+        put_in += std::max(done, 0.0);
+        limited = limited || (tool.guard_flags & kGuardTank) != 0;
+        last_W = tip_W;
+        last_force_W = tool.force_W;
+      }
+    };
+    move(kTipRadius - 0.004);
+    bench.stiffness *= 1.6;
+    move(kTipRadius - 0.004);
+    move(kTipRadius + 0.002);
+    EXPECT_EQ(limited, control);
+    if (control) {
+      EXPECT_GT(work, -0.02 * put_in);
+    } else {
+      EXPECT_LT(work, -0.3 * put_in) << "what the tank takes";
+    }
+  }
+}
+
+}  // namespace
+}  // namespace hpdm
