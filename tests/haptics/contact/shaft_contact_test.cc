@@ -250,6 +250,9 @@ TEST(ShaftContact, AClosedPathGivesTheHandNoEnergy) {
       const auto move = [&](const ToolPose& tool) {
         const Vector3d before = bench.Hand();
         bench.SessionTick(tool);
+        if (rigid) {
+          EXPECT_EQ(bench.Felt().wall_W, bench.Hand()) << "the wall is all that is felt";
+        }
         work -=
             0.5 * (before + bench.Hand()).dot(tool.X_WT.translation() - last.X_WT.translation());
         most = std::max(most, work);

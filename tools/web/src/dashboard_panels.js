@@ -27,7 +27,7 @@ export function duration(ns) {
 // Bits of GuardFlag and StepFlag of engine/snapshots.h.
 const guardTexts = ['force not finite', 'at the force limit', 'force step limited', 'force fading in',
   'patch too old: force fading out', 'device lost: force fading out', 'forces off', 'passivity damping',
-  'paused'];
+  'paused', 'friction in the trocar', 'energy tank'];
 const stepTexts = ['relaxation out of time', 'NaN caught, organ reset to rest', 'contacts dropped',
   'contacts coincide'];
 const words = (flags, texts) => texts.filter((_, bit) => flags >> bit & 1);
