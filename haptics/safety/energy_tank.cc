@@ -12,6 +12,9 @@ namespace {
 // energy in the tank half of that share is lost.
 constexpr double kSteep = 8;
 
+// m/s. A tip that moves faster is no hand's, but a reading that jumps or comes after a gap.
+constexpr double kFastest = 10;
+
 }  // namespace
 
 EnergyTank::EnergyTank(const EnergyTankOptions& options)
@@ -20,12 +23,13 @@ EnergyTank::EnergyTank(const EnergyTankOptions& options)
 double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   HPDM_CHECK(presses.size() <= tools_.size());
   double tissue = 0, walls = 0;
-  bool touches = false;
+  bool touches = false, jumps = false;
   for (std::size_t i = 0; i < presses.size(); ++i) {
     const Press& press = presses[i];
     Tool& tool = tools_[i];
     tool.moved_W = started_ ? Vector3d(press.p_tip_W - tool.p_tip_W) : Vector3d::Zero();
     tool.p_tip_W = press.p_tip_W;
+    jumps = jumps || tool.moved_W.norm() > kFastest * options_.period;
     tool.asked_W = press.reaction_W.allFinite() ? press.reaction_W : Vector3d::Zero();
     energy_ -= 0.5 * (tool.force_W + tool.asked_W).dot(tool.moved_W);
     tissue += press.tissue_stored;
@@ -38,6 +42,11 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   if (free_ >= options_.released) {
     energy_ = largest_ = 0;
     held_ = false;
+  }
+  if (jumps) {
+    for (Tool& tool : tools_) tool.moved_W.setZero();
+    energy_ = tissue + walls;
+    largest_ = tissue;
   }
   largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
   if (!options_.control || held_ || !(tissue > 0)) return 1;

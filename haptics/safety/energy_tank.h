@@ -29,7 +29,8 @@ struct EnergyTankOptions {
 ///        share = 1 - (1 - (E - U_walls) / U) min(1, 8 (1 - U / U_max)).
 ///    So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
 ///    out it changes without a step, and springs that store E are left at its end.
-/// 4. A contact in which jaws hold is not limited, until all tools are free: jaws do work themselves.
+/// 4. Where a tip jumps, the tank starts with what the springs store there.
+/// 5. A contact in which jaws hold is not limited, until all tools are free: jaws do work themselves.
 ///
 /// Haptic thread; wait-free, no allocation, never throws.
 class EnergyTank {

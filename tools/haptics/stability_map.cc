@@ -60,6 +60,8 @@ HapticInstrument InstrumentOf(const LoopCase& loop, Device* device) {
   axes.friction[kInsertion] = plant.friction;
   axes.encoder_step[kInsertion] = plant.encoder_step[kInsertion];
   instrument.passivity.control = loop.control;
+  // The contact is there from the start without a hand's work: nothing for an energy tank.
+  instrument.passivity.still = false;
   return instrument;
 }
 

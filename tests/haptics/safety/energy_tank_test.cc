@@ -150,6 +150,17 @@ TEST(EnergyTank, BeginsAnewOnceTheToolsAreFree) {
   EXPECT_LT(springs.Move(kPressed, 0, 1.5 * kSpring), 0.9) << "the last contact's is not available";
 }
 
+// As if the tool had been pressed to where it then is.
+TEST(EnergyTank, DoesNotCountAReadingThatJumps) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  springs.Tick({0.2}, {kSpring});
+  springs.Tick({kPressed}, {kSpring});
+  EXPECT_EQ(springs.share, 1);
+  EXPECT_NEAR(springs.tank.energy(), kStored, 1e-12);
+  EXPECT_NEAR(springs.Move(kPressed, 0, kSpring), 1, 1e-9);
+}
+
 TEST(EnergyTank, DoesNotLimitJaws) {
   Springs springs;
   springs.Move(0, kPressed, kSpring);
