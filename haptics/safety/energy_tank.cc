@@ -32,8 +32,8 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
     jumps = jumps || tool.moved_W.norm() > kFastest * options_.period;
     tool.asked_W = press.reaction_W.allFinite() ? press.reaction_W : Vector3d::Zero();
     energy_ -= 0.5 * (tool.force_W + tool.asked_W).dot(tool.moved_W);
-    tissue += press.tissue_stored;
-    walls += press.wall_stored;
+    if (std::isfinite(press.tissue_stored)) tissue += press.tissue_stored;
+    if (std::isfinite(press.wall_stored)) walls += press.wall_stored;
     held_ = held_ || press.kind == ContactKind::kGrasp;
     touches = touches || press.kind != ContactKind::kNone;
   }

@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <limits>
 #include <vector>
 
 #include "tests/support/haptic_bench.h"
@@ -46,11 +48,12 @@ struct Springs {
     last_depths = depths;
     return share;
   }
-  // Moves one tool from a depth to another. Returns the least share.
+  // Moves one tool from a depth to another. Returns the least share, or one that is not a number.
   double Move(double from, double to, double stiffness, ContactKind kind = ContactKind::kPress) {
     double least = 1;
     for (int i = 1; i <= kWay; ++i) {
-      least = std::min(least, Tick({from + (to - from) * i / kWay}, {stiffness}, kind));
+      const double now = Tick({from + (to - from) * i / kWay}, {stiffness}, kind);
+      if (!(now >= least)) least = now;
     }
     return least;
   }
@@ -158,6 +161,20 @@ TEST(EnergyTank, DoesNotCountAReadingThatJumps) {
   springs.Tick({kPressed}, {kSpring});
   EXPECT_EQ(springs.share, 1);
   EXPECT_NEAR(springs.tank.energy(), kStored, 1e-12);
+  EXPECT_NEAR(springs.Move(kPressed, 0, kSpring), 1, 1e-9);
+}
+
+// The guard replaces the force of such a tick.
+TEST(EnergyTank, SurvivesAForceThatIsNotANumber) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  springs.tank.Limit(std::array{EnergyTank::Press{.p_tip_W = {0, 0, -kPressed},
+                                                  .reaction_W = Vector3d::Constant(nan),
+                                                  .tissue_stored = nan,
+                                                  .wall_stored = nan,
+                                                  .kind = ContactKind::kPress}});
+  springs.tank.Observe(springs.last_forces_W);
   EXPECT_NEAR(springs.Move(kPressed, 0, kSpring), 1, 1e-9);
 }
 
