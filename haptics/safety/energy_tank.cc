@@ -42,6 +42,7 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   if (free_ >= options_.released) {
     energy_ = largest_ = 0;
     held_ = false;
+    share_ = 1;
   }
   if (jumps) {
     for (Tool& tool : tools_) tool.moved_W.setZero();
@@ -49,10 +50,11 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
     largest_ = tissue;
   }
   largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
-  if (!options_.control || held_ || !(tissue > 0)) return 1;
+  if (!options_.control || held_) return share_ = 1;
+  if (!(tissue > 0)) return share_;
   const double covered = std::clamp((energy_ + options_.reserve - walls) / tissue, 0.0, 1.0);
   const double given_back = std::min(1.0, kSteep * (1 - tissue / largest_));
-  return 1 - (1 - covered) * given_back;
+  return share_ = 1 - (1 - covered) * given_back;
 }
 
 void EnergyTank::Observe(std::span<const Vector3d> forces_W) noexcept {

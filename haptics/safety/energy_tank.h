@@ -28,7 +28,8 @@ struct EnergyTankOptions {
 ///    largest recent U of the tissue, which returns to U with the time constant `settle`,
 ///        share = 1 - (1 - (E - U_walls) / U) min(1, 8 (1 - U / U_max)).
 ///    So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
-///    out it changes without a step, and springs that store E are left at its end.
+///    out it changes without a step, and springs that store E are left at its end. A force that fades out
+///    after its contact keeps the last share.
 /// 4. Where a tip jumps, the tank starts with what the springs store there.
 /// 5. A contact in which jaws hold is not limited, until all tools are free: jaws do work themselves.
 ///
@@ -69,6 +70,7 @@ class EnergyTank {
   bool held_ = false;  // jaws hold, or did in this contact
   double free_ = 0;    // s
   double energy_ = 0, largest_ = 0;
+  double share_ = 1;  // of the last tick
 };
 
 }  // namespace hpdm

@@ -130,6 +130,24 @@ TEST(EnergyTank, ChangesTheForceWithoutAStep) {
   EXPECT_LT(largest, 0.01 * 2 * kSpring * kPressed);
 }
 
+TEST(EnergyTank, KeepsItsShareOfAForceThatFadesOut) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  springs.Move(kPressed, 0.3 * kPressed, 2 * kSpring);
+  const double last = springs.share;
+  EXPECT_LT(last, 0.9);
+  const auto fade = [&springs](double z) {
+    const Vector3d force_W(0, 0, 0.1);
+    const double share = springs.tank.Limit(
+        std::array{EnergyTank::Press{.p_tip_W = {0, 0, z}, .reaction_W = force_W}});
+    springs.tank.Observe(std::array{Vector3d(share * force_W)});
+    return share;
+  };
+  for (int i = 0; i < 90; ++i) EXPECT_EQ(fade(1e-4 * i), last);
+  for (int i = 90; i < 120; ++i) fade(1e-4 * i);
+  EXPECT_EQ(fade(0.012), 1) << "all tools have been free for long";
+}
+
 TEST(EnergyTank, LetsOneHandHaveWhatAnotherPutIn) {
   Springs springs({}, 2);
   for (int i = 1; i <= kWay; ++i) springs.Tick({kPressed * i / kWay, 0}, {kSpring, 0});
