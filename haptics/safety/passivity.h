@@ -9,8 +9,8 @@
 namespace hpdm {
 
 struct PassivityOptions {
-  bool control = true;             ///< If false, energy is only observed.
-  bool still = true;               ///< No organ moves by itself: all energy in tissue is the hands'.
+  bool control = true;  ///< If false, energy is only observed.
+  bool still = true;    ///< No organ moves by itself: all energy in tissue is the hands'.
   DeviceAxes device = AxesOf({});  ///< The device's own dissipation and inertia.
   double period = 1e-3;            ///< s, haptic period.
 
