@@ -126,7 +126,7 @@ double TipEnergy(const CondensedTip& tip, const Vector3d& force_W) noexcept {
   const double lattice = 0.5 * force_W.dot(tip.compliance_W * force_W);
   const double f = -tip.normal_W.dot(force_W);
   if (tip.holds || !tip.indentation.indents() || !(f > 0)) return lattice;
-  // Of f d(f q) = f BallYieldRate df, by Gauss' rule of three points.
+  // The integral of f d(f q), where d(f q) = BallYieldRate df, by Gauss' rule with three points.
   constexpr double kAside = 0.3872983346207417;  // sqrt(3 / 20)
   double sum = 0;
   for (const auto& [share, weight] :

@@ -18,7 +18,7 @@ constexpr double kSpring = 100;    // N/m
 constexpr int kWay = 100;          // ticks from touch to deepest, and back
 const double kStored = 0.5 * kSpring * kPressed * kPressed;
 
-// What a tank leaves of the force of one or two springs.
+// Presses one or two springs with tools whose force a tank limits, and sums the work of the hands.
 struct Springs {
   explicit Springs(const EnergyTankOptions& options = {}, std::size_t tools = 1)
       : tank(options), last_forces_W(tools, Vector3d::Zero()), last_depths(tools) {
