@@ -103,12 +103,10 @@ void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments,
     }
   }
   std::vector<AttachmentLink> links;
-  Eigen::Index modes = 0;
   for (auto& joint : JoinOrgans(std::move(beds), pairs, std::move(models))) {
-    modes = std::max(modes, joint->modes());
+    attached_work_.MakeRoom(*joint, 3 * TipCompliance::kMaxRows);
     links.emplace_back(std::move(joint));
   }
-  attached_work_ = AttachedCompliance::Work(3 * modes, 3 * TipCompliance::kMaxRows);
   const bool may_repeat = std::ranges::any_of(
       organs_, [](const OrganStep& organ) { return organ.model().finite_energy() != nullptr; });
   for (AttachmentLink& link : links) {

@@ -1,38 +1,53 @@
 #include "engine/attachment/attached_compliance.h"
 
+#include <algorithm>
+
 namespace hpdm {
 
+void AttachedCompliance::Work::MakeRoom(const AttachmentJoint& joint, Eigen::Index columns) {
+  const Eigen::Index unknowns = std::max(w_0.rows(), 3 * joint.modes());
+  w_0.resize(unknowns, std::max(w_0.cols(), columns));
+  half = half_forces = w_0;
+  few_w.resize(unknowns, kFewColumns);
+  few_q = few_w;
+  Eigen::Index rows = moved.rows();
+  for (const AttachmentJoint::Member& member : joint.members()) {
+    rows = std::max(rows, member.unknowns());
+  }
+  moved.resize(rows, kFewColumns);
+}
+
 void AttachedCompliance::LoadModes(int i, const SparseRow& b) const {
-  auto half_tied = work_.half_tied.block(0, 3 * i, unknowns_, 3);
-  auto tied = work_.tied.block(0, 3 * i, unknowns_, 3);
-  half_tied.setZero();
-  tied.setZero();
+  auto w_0 = work_.w_0.block(0, 3 * i, unknowns_, 3);
+  w_0.setZero();
   for (std::size_t k = 0; k < b.control_points.size(); ++k) {
     const int a = b.control_points[k];
     if (3 * a >= member_.unknowns()) break;
+    const auto response = member_.response.middleRows<3>(3 * a);
     if (turned_) {
       const Matrix3d turned = b.weights[k] * R_WF_.transpose();
-      half_tied += member_.half_tied.middleRows<3>(3 * a).transpose().lazyProduct(turned);
-      tied += member_.tied.middleRows<3>(3 * a).transpose().lazyProduct(turned);
+      w_0 += response.transpose().lazyProduct(turned);
       continue;
     }
-    half_tied += b.weights[k] * member_.half_tied.middleRows<3>(3 * a).transpose();
-    tied += b.weights[k] * member_.tied.middleRows<3>(3 * a).transpose();
+    for (int d = 0; d < 3; ++d) w_0.col(d) += b.weights[k] * response.row(d).transpose();
   }
 }
 
-void AttachedCompliance::TakeLayers(Eigen::Ref<Eigen::VectorXd> response) const {
-  auto w = work_.w.head(unknowns_);
-  state_.Settle(w);
-  state_.ForcesOf(w, work_.q.head(unknowns_));
-  const auto q = work_.q.head(unknowns_);
-  if (!turned_) {
-    response.head(member_.unknowns()).noalias() -= member_.response * q;
-    return;
-  }
-  for (Eigen::Index i = 0; i < member_.unknowns(); i += 3) {
-    const Vector3d moved_F = member_.response.middleRows<3>(i) * q;
-    response.segment<3>(i) -= R_WF_ * moved_F;
+void AttachedCompliance::TakeLayers(Eigen::Ref<Eigen::MatrixXd> responses) const {
+  if (member_.unknowns() == 0) return;  // a rigid organ
+  auto q = work_.few_q.topRows(unknowns_);
+  state_.solver().FindForces(work_.few_w.topRows(unknowns_), q);
+  auto moved = work_.moved.topRows(member_.unknowns());
+  Multiply(member_.response, q, moved);
+  for (Eigen::Index c = 0; c < responses.cols(); ++c) {
+    auto response = responses.col(c).head(member_.unknowns());
+    if (!turned_) {
+      response -= moved.col(c);
+      continue;
+    }
+    for (Eigen::Index i = 0; i < member_.unknowns(); i += 3) {
+      response.segment<3>(i) -= R_WF_ * moved.col(c).segment<3>(i);
+    }
   }
 }
 
@@ -50,14 +65,14 @@ void AttachedCompliance::RespondInPart(int i, const SparseRow& b,
 
 void AttachedCompliance::AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) const {
   const Eigen::Index count = compliance.cols();
-  const auto half_tied = work_.half_tied.topLeftCorner(unknowns_, count);
-  const auto tied = work_.tied.topLeftCorner(unknowns_, count);
   auto half = work_.half.topLeftCorner(unknowns_, count);
-  half = tied;
-  state_.HalfSettle(half, &work_.few);
+  auto half_forces = work_.half_forces.topLeftCorner(unknowns_, count);
+  state_.solver().Halve(work_.w_0.topLeftCorner(unknowns_, count), half);
+  half_forces = half;
+  state_.solver().TakeDuctForces(half_forces);
   for (Eigen::Index j = 0; j < count; ++j) {
     for (Eigen::Index i = 0; i <= j; ++i) {
-      const double held = half_tied.col(i).dot(half_tied.col(j)) - half.col(i).dot(half.col(j));
+      const double held = half.col(i).dot(half_forces.col(j));
       compliance(i, j) -= held;
       if (i != j) compliance(j, i) -= held;
     }
@@ -66,23 +81,30 @@ void AttachedCompliance::AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) co
 
 void AttachedCompliance::AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& forces,
                                       Eigen::Ref<Eigen::MatrixXd> responses) const {
-  for (Eigen::Index c = 0; c < responses.cols(); ++c) {
-    work_.w.setZero();
-    for (Eigen::Index k = 0; k < forces.rows(); ++k) {
-      work_.w.head(unknowns_) += forces(k, c) * work_.tied.col(k).head(unknowns_);
+  for (Eigen::Index first = 0; first < responses.cols(); first += kFewColumns) {
+    const Eigen::Index count = std::min<Eigen::Index>(kFewColumns, responses.cols() - first);
+    auto w_0 = work_.few_w.topRows(unknowns_);
+    w_0.setZero();
+    for (Eigen::Index c = 0; c < count; ++c) {
+      auto sum = work_.half.col(0).head(unknowns_);
+      sum.noalias() = work_.w_0.topLeftCorner(unknowns_, forces.rows()) * forces.col(first + c);
+      w_0.col(c) = sum;
     }
-    TakeLayers(responses.col(c));
+    TakeLayers(responses.middleCols(first, count));
   }
 }
 
 void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
   for (Eigen::Index c = 0; c < loads.cols(); ++c) {
     auto load = loads.col(c);
-    work_.w.setZero();
+    auto w_0 = work_.half.col(0).head(unknowns_);
+    w_0.setZero();
     for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
       const double along = turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
-      if (along != 0) work_.w.head(unknowns_) += along * member_.tied.row(i).transpose();
+      if (along != 0) w_0 += along * member_.response.row(i).transpose();
     }
+    work_.few_w.setZero();
+    work_.few_w.col(0).head(unknowns_) = w_0;
     free_.SolveLoads(load);
     TakeLayers(load);
   }

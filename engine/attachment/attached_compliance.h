@@ -5,7 +5,8 @@
 
 namespace hpdm {
 
-/// The response of an organ to small loads while the layers hold it with their present damage:
+/// The response of an organ to small loads while the layers and ducts hold it with their present
+/// stiffness R:
 ///     H b^T - H Phi^T R (1 + G R)^-1 Phi H b^T.
 /// The other organs of the joint move too. The second term is the other part of a set of rows:
 /// H Phi^T is applied only to combinations of the rows. Deformation thread; allocates nothing.
@@ -13,19 +14,13 @@ class AttachedCompliance final : public LatticeCompliance {
  public:
   /// Working memory for a set of rows, which has three columns for each row. It serves all organs.
   struct Work {
-    /// `unknowns`: 3r of the largest joint; `columns`: of the largest set, at least 3.
-    explicit Work(Eigen::Index unknowns = 0, Eigen::Index columns = 3)
-        : half_tied(unknowns, columns),
-          tied(half_tied),
-          half(half_tied),
-          few(unknowns, AttachmentState::FewColumns::ColsAtCompileTime),
-          w(unknowns),
-          q(unknowns) {}
-    // 3r x columns, from Phi H b^T: with L L^T = G, L^-1 times it; G^-1 times it; and
-    // AttachmentState::HalfSettle() of that.
-    Eigen::MatrixXd half_tied, tied, half;
-    AttachmentState::FewColumns few;  // 3r rows, scratch
-    Eigen::VectorXd w, q;             // 3r
+    /// Makes room for a joint's organs and a set of that many columns, at least 3. Allocates.
+    void MakeRoom(const AttachmentJoint& joint, Eigen::Index columns = 3);
+
+    Eigen::MatrixXd w_0;                // 3r x columns: Phi H b^T
+    Eigen::MatrixXd half, half_forces;  // JointSolver::Halve of it, and with its ducts' forces
+    FewColumns few_w, few_q;            // 3r rows
+    FewColumns moved;                   // 3n rows of the largest member
   };
   /// `free`: H of the organ; `member`: its number in the joint. All must outlive this. `R_WF`: the
   /// member's frame once its layers have let it go.
@@ -55,8 +50,9 @@ class AttachedCompliance final : public LatticeCompliance {
  private:
   /// Fills the columns of row number i of a set.
   void LoadModes(int i, const SparseRow& b) const;
-  /// Takes what the layers do from a response, given G^-1 Phi of the response without them in w.
-  void TakeLayers(Eigen::Ref<Eigen::VectorXd> response) const;
+  /// Takes what layers and ducts do from at most kFewColumns responses, given Phi of the responses
+  /// without them in few_w.
+  void TakeLayers(Eigen::Ref<Eigen::MatrixXd> responses) const;
 
   const LatticeCompliance& free_;
   const AttachmentState& state_;

@@ -1,9 +1,7 @@
 #include "engine/attachment/attachment_joint.h"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
-#include <string>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -57,6 +55,28 @@ Touched TouchedBy(const AttachmentBed& bed) {
   return touched;
 }
 
+// Returns the organs' compliance between the touched columns, m/N, as the mean of the three axes.
+Eigen::MatrixXd MeanCompliance(const Touched& touched,
+                               const std::array<AttachmentJoint::Organ, 2>& organs) {
+  const auto size = static_cast<Eigen::Index>(touched.columns.size());
+  Eigen::MatrixXd compliance = Eigen::MatrixXd::Zero(size, size);
+  for (int side = 0; side < 2; ++side) {
+    const AttachmentJoint::Organ& organ = organs[ToSize(side)];
+    if (organ.compliance == nullptr) continue;
+    for (Eigen::Index c = 0; c < size; ++c) {
+      if (touched.columns[ToSize(c)].first != side) continue;
+      Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(3 * organ.rows, 3);
+      for (int d = 0; d < 3; ++d) loads(3 * touched.columns[ToSize(c)].second + d, d) = 1;
+      organ.compliance->SolveLoads(loads);
+      for (Eigen::Index r = 0; r < size; ++r) {
+        if (touched.columns[ToSize(r)].first != side) continue;
+        compliance(r, c) = loads.middleRows<3>(3 * touched.columns[ToSize(r)].second).trace() / 3;
+      }
+    }
+  }
+  return (compliance + compliance.transpose()) / 2;
+}
+
 }  // namespace
 
 AttachmentJoint::AttachmentJoint(std::vector<AttachmentBed> beds,
@@ -91,20 +111,24 @@ int AttachmentJoint::AddMember(const Organ& organ) {
 void AttachmentJoint::AddLayer(AttachmentBed bed, const std::array<Organ, 2>& organs) {
   const std::array<int, 2> members{AddMember(organs[0]), AddMember(organs[1])};
   const Touched touched = TouchedBy(bed);
-  const Eigen::MatrixXd gram = touched.rows.transpose() * bed.areas.asDiagonal() * touched.rows;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(gram);
-  const Eigen::VectorXd& values = solver.eigenvalues();  // ascending
+  // Weighted by the root of their stiffness, the samples' displacements have the layer's energy.
+  const Eigen::VectorXd root = (bed.areas * bed.law.stiffness).cwiseSqrt();
+  const Eigen::MatrixXd rows = root.asDiagonal() * touched.rows;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
+      rows * MeanCompliance(touched, organs) * rows.transpose());
+  const Eigen::VectorXd& ratios = solver.eigenvalues();  // ascending
   Eigen::Index dropped = 0;
-  while (values[dropped] <= kLeastShare * values[values.size() - 1]) ++dropped;
-  const Eigen::MatrixXd kept = solver.eigenvectors().rightCols(values.size() - dropped);
+  while (dropped + 1 < ratios.size() && !(ratios[dropped] > kLeastRatio)) ++dropped;
+  const Eigen::MatrixXd kept = solver.eigenvectors().rightCols(ratios.size() - dropped);
   const Eigen::Index first = modes_, count = kept.cols();
   AddModes(count);
+  const Eigen::MatrixXd shape = kept.transpose() * rows;
   for (std::size_t c = 0; c < touched.columns.size(); ++c) {
     const auto [side, column] = touched.columns[c];
     const auto m = static_cast<std::size_t>(members[static_cast<std::size_t>(side)]);
-    const auto row = kept.row(static_cast<Eigen::Index>(c)).transpose();
-    shapes_[m].block(first, column, count, 1) = row;
-    members_[m].offset.segment(first, count) += row;  // the functions sum to one
+    const auto moved = shape.col(static_cast<Eigen::Index>(c));
+    shapes_[m].block(first, column, count, 1) = moved;
+    members_[m].offset.segment(first, count) += moved;  // the functions sum to one
   }
   // A rigid organ has no functions: to move it by v is to move the other one by -v.
   for (std::size_t side = 0; side < 2; ++side) {
@@ -114,7 +138,7 @@ void AttachmentJoint::AddLayer(AttachmentBed bed, const std::array<Organ, 2>& or
     members_[own].offset.segment(first, count) = -members_[other].offset.segment(first, count);
   }
   Layer& layer = layers_.emplace_back(Layer{std::move(bed), members, first, {}});
-  layer.samples = (touched.rows * kept).transpose();
+  layer.samples = kept.transpose() * root.cwiseInverse().asDiagonal();
 }
 
 // Adds modes that no member moves yet.
@@ -152,7 +176,7 @@ void AttachmentJoint::AddDuct(std::shared_ptr<const DuctModel> model,
   }
 }
 
-// Computes the members' responses and G^-1.
+// Computes the members' responses and G.
 void AttachmentJoint::Respond() {
   Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3 * modes_, 3 * modes_);
   for (std::size_t m = 0; m < members_.size(); ++m) {
@@ -166,7 +190,7 @@ void AttachmentJoint::Respond() {
       }
     }
     organ.compliance->SolveLoads(loads);
-    RowMatrix& response = members_[m].response;
+    RowMajorMatrix& response = members_[m].response;
     response = loads.topRows(3 * organ.control_points);
     if (organ.weight_W != nullptr && organ.weight_W->size() > 0) {
       if (sag_.size() == 0) sag_.setZero(3 * modes_);
@@ -189,44 +213,10 @@ void AttachmentJoint::Respond() {
     if (lasting.size() == 0) lasting = G;
     AddFreeMotion(m, &lasting);
   }
-  if (lasting.size() > 0) {
-    const Eigen::LLT<Eigen::MatrixXd> factor((lasting + lasting.transpose()) / 2);
-    lasting_stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
-  }
-  const Eigen::LLT<Eigen::MatrixXd> factor((G + G.transpose()) / 2);
-  if (factor.info() != Eigen::Success) FailDependent(G);
-  stiffness_ = factor.solve(Eigen::MatrixXd::Identity(G.rows(), G.cols()));
-  stiffness_ = ((stiffness_ + stiffness_.transpose()) / 2).eval();
-  for (Member& member : members_) {
-    if (member.unknowns() == 0) continue;
-    Eigen::MatrixXd tied = factor.matrixL().solve(member.response.transpose());
-    member.half_tied = tied.transpose();
-    factor.matrixU().solveInPlace(tied);
-    member.tied = tied.transpose();
-  }
-}
-
-// Refuses the first layer or duct whose modes depend on each other or on those before them.
-void AttachmentJoint::FailDependent(const Eigen::MatrixXd& G) const {
-  const auto depends = [&G](Eigen::Index modes) {
-    const Eigen::MatrixXd first = G.topLeftCorner(3 * modes, 3 * modes);
-    return Eigen::LLT<Eigen::MatrixXd>((first + first.transpose()) / 2).info() != Eigen::Success;
-  };
-  for (const Layer& layer : layers_) {
-    if (!depends(layer.first_mode + layer.samples.rows())) continue;
-    const std::string others =
-        layer.first_mode > 0 ? "each other or on those of another attachment" : "each other";
-    throw InputError("[[attachment]] of organs \"" + layer.bed.options.a + "\" and \"" +
-                     layer.bed.options.b + "\": its modes depend on " + others +
-                     "; use fewer cells or a larger region");
-  }
-  for (const Duct& duct : ducts_) {
-    if (!depends(duct.first_mode + duct.modes())) continue;
-    throw InputError("duct \"" + duct.model->options.name +
-                     "\": its organs' functions do not tell its ends from other ducts' or "
-                     "attachments; move the ends apart or use more cells");
-  }
-  throw InputError("an organ's [[attachment]]s and [[duct]]s depend on each other; use more cells");
+  lasting_ = std::move(lasting);
+  const Eigen::Index padded = (G.cols() + kFewColumns - 1) / kFewColumns * kFewColumns;
+  compliance_ = RowMajorMatrix::Zero(G.rows(), padded);
+  compliance_.leftCols(G.cols()) = (G + G.transpose()) / 2;
 }
 
 // Adds the whole-body motion of a free organ under lasting loads to G and to the sag.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "engine/attachment/attachment_bed.h"
+#include "engine/base/few_columns.h"
 #include "engine/contact/lattice_compliance.h"
 #include "engine/duct/duct_model.h"
 #include "engine/solver/free_body.h"
@@ -25,9 +26,9 @@ namespace hpdm {
 /// Built at set-up; any thread may read it.
 class AttachmentJoint {
  public:
-  /// Modes with less than this share of the largest mean square displacement are dropped: at a
-  /// gallbladder's bed 111 of 143 remain, and the displacements change by 0.2 % at any damage.
-  static constexpr double kLeastShare = 1e-8;
+  /// Modes in which the undamaged layer has less than this share of the organs' own stiffness are
+  /// dropped. TODO figures
+  static constexpr double kLeastRatio = 1e-3;
 
   /// One organ for the joint. `compliance`: at rest, without local functions in use; nullptr for a
   /// rigid organ. `rows`: its control points and slots.
@@ -43,16 +44,11 @@ class AttachmentJoint {
     double yield = 0;    ///< s^2: FreeFlight::Yield() of such an organ.
     bool leaks = false;  ///< It has lumens, whose loss moves it without forces.
   };
-  using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   struct Member {
-    int organ = 0;       ///< Index in the scene.
-    RowMatrix response;  ///< 3n x 3r, m/N: H Phi^T. Empty for a rigid organ.
-    RowMatrix tied;      ///< 3n x 3r: H Phi^T G^-1.
-    /// 3n x 3r: H Phi^T L^-T with L L^T = G. Its products with itself are H Phi^T G^-1 Phi H without the
-    /// error of G^-1, which is large where modes nearly depend on each other.
-    RowMatrix half_tied;
-    Eigen::VectorXd offset;  ///< r: the modes that an offset of the organ by 1 m excites.
-    bool free = false;       ///< It moves as a whole.
+    int organ = 0;            ///< Index in the scene.
+    RowMajorMatrix response;  ///< 3n x 3r: H Phi^T. Empty for a rigid organ.
+    Eigen::VectorXd offset;   ///< r: the modes that an offset of the organ by 1 m excites.
+    bool free = false;        ///< It moves as a whole.
     /// r x n: Phi along one axis, of an organ that is free or leaks; else empty.
     Eigen::MatrixXd shape;
     Eigen::Index unknowns() const { return response.rows(); }
@@ -94,12 +90,12 @@ class AttachmentJoint {
   /// 3r, m: how far the organs' weight would move the modes without the layers, Phi H W. Empty
   /// without a weight.
   const Eigen::VectorXd& sag() const { return sag_; }
-  /// G^-1, 3r x 3r, N/m.
-  const Eigen::MatrixXd& stiffness() const { return stiffness_; }
-  /// The same for loads that last, which no inertia bears: sag() is for it. Other than stiffness() with
-  /// a free organ.
-  const Eigen::MatrixXd& lasting_stiffness() const {
-    return lasting_stiffness_.size() > 0 ? lasting_stiffness_ : stiffness_;
+  /// G, symmetric, in the first 3r columns; further columns of zeros fill the last group of kFewColumns.
+  const RowMajorMatrix& compliance() const { return compliance_; }
+  /// Returns G (3r x 3r) for loads that last, which no inertia bears: sag() is for it. Other than
+  /// compliance() with a free organ.
+  Eigen::MatrixXd LastingCompliance() const {
+    return lasting_.size() > 0 ? lasting_ : Eigen::MatrixXd(compliance_.leftCols(3 * modes_));
   }
 
  private:
@@ -109,7 +105,6 @@ class AttachmentJoint {
   void AddModes(Eigen::Index count);
   void Respond();
   void AddFreeMotion(std::size_t member, Eigen::MatrixXd* G);
-  [[noreturn]] void FailDependent(const Eigen::MatrixXd& G) const;
 
   std::vector<Member> members_;
   std::vector<Organ> organs_;            // of each member, at set-up
@@ -117,8 +112,8 @@ class AttachmentJoint {
   std::vector<Layer> layers_;
   std::vector<Duct> ducts_;
   Eigen::Index modes_ = 0;
-  Eigen::MatrixXd stiffness_;
-  Eigen::MatrixXd lasting_stiffness_;
+  RowMajorMatrix compliance_;
+  Eigen::MatrixXd lasting_;
   Eigen::VectorXd sag_;
 };
 

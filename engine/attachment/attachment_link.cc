@@ -16,6 +16,12 @@ constexpr double kLeastHeldShare = 1e-4;
 // N. The forces of a rod in equilibrium are so much off.
 constexpr double kNoForce = 1e-6;
 
+// Adds rows^T v, a row of three at a time: rows are contiguous. `rows`: 3 x 3r.
+template <class Rows, class Column>
+void AddRows(const Rows& rows, const Vector3d& v, Column&& column) {
+  column += (v[0] * rows.row(0) + v[1] * rows.row(1) + v[2] * rows.row(2)).transpose();
+}
+
 bool IsOf(std::size_t member, const std::array<int, 2>& members) {
   return members[0] == static_cast<int>(member) || members[1] == static_cast<int>(member);
 }
@@ -27,19 +33,15 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
       outcomes_(state_.joint().layers().size()),
       equations_(2 * ContactSolver::kMaxEquations),
       along_(3 * state_.joint().modes(), 2 * ContactSolver::kMaxEquations),
-      tied_along_(along_),
-      tied_(along_),
+      loaded_(along_),
       half_along_(along_),
       half_(along_),
-      tied_compliance_(along_.cols(), along_.cols()),
-      few_(along_.rows(), AttachmentState::FewColumns::ColsAtCompileTime),
       let_go_(state_.joint().members().size(), 0),
       apart_(Eigen::VectorXd::Zero(along_.rows())),
-      offset_(apart_),
-      free_(offset_),
-      w_(offset_),
-      q_(offset_),
-      relief_(offset_) {
+      free_(apart_),
+      w_(apart_),
+      q_(apart_),
+      relief_(apart_) {
   Eigen::Index unknowns = 0;
   for (std::size_t m = 0; m < let_go_.size(); ++m) {
     if (HasDucts(m)) unknowns = std::max(unknowns, state_.joint().members()[m].unknowns());
@@ -108,9 +110,8 @@ Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
   const Eigen::Index first = 3 * joint().ducts()[duct].first_mode, count = held.rows.rows();
   state_.Refactor();
   for (int d = 0; d < 3 && count > 0; ++d) {
-    free_.setZero();
-    free_.segment(first, count) = held.rows.col(d);
-    state_.Settle(free_);
+    apart_.noalias() = Compliance().middleCols(first, count) * held.rows.col(d);
+    state_.solver().FindForces(apart_, &q_, &free_);
     stiffness.col(d) -= held.rows.transpose() * free_.segment(first, count);
   }
   // A buckled rod may give way at the node.
@@ -154,28 +155,20 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
       const auto k = static_cast<Eigen::Index>(column_count_);
       equations_[column_count_++] = side.equation;
       same_ = same_ && side.force_W == side.axis_W;
-      auto along = along_.col(k), tied_along = tied_along_.col(k), tied = tied_.col(k);
+      auto along = along_.col(k), loaded = loaded_.col(k);
       along.setZero();
-      tied_along.setZero();
-      tied.setZero();
+      loaded.setZero();
       const Vector3d axis = HasLetGo(m) ? Vector3d(R_FW * side.axis_W) : side.axis_W;
       const Vector3d force = HasLetGo(m) ? Vector3d(R_FW * side.force_W) : side.force_W;
+      const bool same = side.force_W == side.axis_W;
       for (Eigen::Index a = 0; 3 * a < member.unknowns(); ++a) {
         const double weight = weights(side.row, a);
         if (weight == 0) continue;
         const auto response = member.response.middleRows<3>(3 * a);
-        const auto ties = member.tied.middleRows<3>(3 * a);
-        along.noalias() += response.transpose() * (weight * axis);
-        tied_along.noalias() += ties.transpose() * (weight * axis);
-        if (side.force_W != side.axis_W) tied.noalias() += ties.transpose() * (weight * force);
+        AddRows(response, weight * axis, along);
+        if (!same) AddRows(response, weight * force, loaded);
       }
-      if (side.force_W == side.axis_W) tied = tied_along;
-    }
-  }
-  const auto count = static_cast<Eigen::Index>(column_count_);
-  for (Eigen::Index g = 0; g < count; ++g) {
-    for (Eigen::Index e = 0; e < count; ++e) {
-      tied_compliance_(e, g) = along_.col(e).dot(tied_.col(g));
+      if (same) loaded = along;
     }
   }
 }
@@ -186,44 +179,42 @@ void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver
     FillColumns(bodies, *solver);
     AddFreeDisplacements(bodies);
     apart_ += relief_;
-    offset_.noalias() = joint().stiffness() * apart_;
   }
   state_.Refactor();
-  // w = w_0 - G (R w + constant).
-  free_ = offset_;
-  state_.TakeConstantForces(free_);
-  state_.Settle(free_);
-  state_.ForcesOf(free_, q_);
-  state_.AddConstantForces(q_);
+  free_ = apart_;
+  free_.noalias() -= Compliance() * state_.constant();
+  state_.solver().FindForces(free_, &q_, &w_);
+  q_ += state_.constant();
   const auto count = static_cast<Eigen::Index>(column_count_);
   for (Eigen::Index e = 0; e < count; ++e) {
     solver->change()[equations_[ToSize(e)]] += along_.col(e).dot(q_);
   }
-  half_.leftCols(count) = tied_.leftCols(count);
-  state_.HalfSettle(half_.leftCols(count), &few_);
-  if (!same_) {
-    half_along_.leftCols(count) = tied_along_.leftCols(count);
-    state_.HalfSettle(half_along_.leftCols(count), &few_);
+  auto half = half_.leftCols(count), half_along = half_along_.leftCols(count);
+  state_.solver().Halve(loaded_.leftCols(count), half);
+  if (same_) {
+    half_along = half;
+  } else {
+    state_.solver().Halve(along_.leftCols(count), half_along);
   }
-  const WorkMatrix& half_along = same_ ? half_ : half_along_;
+  state_.solver().TakeDuctForces(half);
   for (Eigen::Index g = 0; g < count; ++g) {
     for (Eigen::Index e = 0; e < count; ++e) {
-      const double held = tied_compliance_(e, g) - half_along.col(e).dot(half_.col(g));
-      solver->AddCompliance(equations_[ToSize(e)], equations_[ToSize(g)], -held, 1);
+      solver->AddCompliance(equations_[ToSize(e)], equations_[ToSize(g)],
+                            -half_along.col(e).dot(half.col(g)), 1);
     }
   }
 }
 
 bool AttachmentLink::Advance(const ContactSolver& solver) {
-  w_.setZero();
   for (std::size_t k = 0; k < column_count_; ++k) {
-    w_ += solver.forces()[equations_[k]] * tied_.col(static_cast<Eigen::Index>(k));
+    free_ += solver.forces()[equations_[k]] * loaded_.col(static_cast<Eigen::Index>(k));
   }
-  state_.Settle(w_);
-  w_ += free_;
-  if (!w_.allFinite()) w_.setZero();  // the caller reports the organs' displacements
-  state_.ForcesOf(w_, q_);
-  state_.AddConstantForces(q_);
+  state_.solver().FindForces(free_, &q_, &w_);
+  if (!w_.allFinite()) {  // the caller reports the organs' displacements
+    w_.setZero();
+    q_.setZero();
+  }
+  q_ += state_.constant();
   return state_.Update(w_) || round_ >= MaxRounds();
 }
 
@@ -286,13 +277,11 @@ void AttachmentLink::LetGo(std::span<BodyInStep> bodies) {
 // From now on the modes of the member's ducts are displacements in its frame.
 void AttachmentLink::FindRelief(std::size_t member) {
   state_.Refactor();
-  free_.setZero();
-  state_.AddConstantForces(free_);
   q_.setZero();
   for (const AttachmentJoint::Layer& layer : joint().layers()) {
     if (!IsOf(member, layer.members)) continue;
     const Eigen::Index first = 3 * layer.first_mode, count = 3 * layer.samples.rows();
-    q_.segment(first, count) = free_.segment(first, count);
+    q_.segment(first, count) = state_.constant().segment(first, count);
   }
   const AttachmentJoint::Member& freed = joint().members()[member];
   auto moved = moved_.head(freed.unknowns());

@@ -72,6 +72,7 @@ class AttachmentLink final : public BodyLink {
     return share;
   }
   void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
+  auto Compliance() const { return joint().compliance().leftCols(w_.size()); }
   void AddFreeDisplacements(std::span<const BodyInStep> bodies);
   void LetGo(std::span<BodyInStep> bodies);
   void FindRelief(std::size_t member);
@@ -85,20 +86,16 @@ class AttachmentLink final : public BodyLink {
   std::array<int, kMaxOrgans> bodies_{};  // of each member
   int round_ = 0;                         // of the present step
   std::size_t column_count_ = 0;
-  std::vector<int> equations_;       // of each side of the members' bodies
-  WorkMatrix along_;                 // 3r x sides: Phi H b^T along the side's axis
-  WorkMatrix tied_along_;            // the same: G^-1 times it
-  WorkMatrix tied_;                  // the same: G^-1 times that of the side's force
-  WorkMatrix half_along_, half_;     // L^-1 times the two before (AttachmentState::HalfSettle)
-  WorkMatrix tied_compliance_;       // sides x sides, m/N: along^T tied
-  AttachmentState::FewColumns few_;  // 3r rows, scratch
-  std::vector<char> let_go_;         // of each member
-  bool same_ = true;                 // no side has friction: its force is along its axis
+  std::vector<int> equations_;    // of each side of the members' bodies
+  WorkMatrix along_;              // 3r x sides: Phi H b^T along the side's axis
+  WorkMatrix loaded_;             // the same along its force
+  WorkMatrix half_along_, half_;  // JointSolver::Halve of the two before
+  std::vector<char> let_go_;      // of each member
+  bool same_ = true;              // no side has friction: its force is along its axis
   // 3r: the modes' displacements without forces, by offsets and free motion.
   Eigen::VectorXd apart_;
-  Eigen::VectorXd offset_;  // 3r: G^-1 times them
-  Eigen::VectorXd free_;    // 3r: those displacements with the layers
-  Eigen::VectorXd w_, q_;   // 3r: of the last solution
+  Eigen::VectorXd free_;   // 3r: the same with the constant forces of layers and ducts
+  Eigen::VectorXd w_, q_;  // 3r: of the last solution
   // 3r: displacements by which the torn layers' constant forces would move the ducts' modes of the
   // members let go. These forces act on the other members alone.
   Eigen::VectorXd relief_;

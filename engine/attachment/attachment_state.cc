@@ -1,6 +1,6 @@
 #include "engine/attachment/attachment_state.h"
 
-#include <Eigen/Cholesky>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cstdio>
 #include <string>
@@ -18,8 +18,8 @@ constexpr double kSettled = 1e-4;
 
 AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
     : joint_(std::move(joint)),
-      R_(3 * joint_->modes(), 3 * joint_->modes()),
-      factor_(3 * joint_->modes(), 3 * joint_->modes()) {
+      solver_(joint_),
+      constant_(Eigen::VectorXd::Zero(3 * joint_->modes())) {
   std::size_t count = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     count += static_cast<std::size_t>(layer.bed.size());
@@ -29,9 +29,8 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   now_.spared.assign(joint_->layers().size(), 0);
   now_.closed.assign(count, 0);
   for (const AttachmentJoint::Duct& duct : joint_->ducts()) {
-    duct_unknowns_ += now_.ducts.emplace_back(duct.model).unknowns();
+    now_.ducts.emplace_back(duct.model);
   }
-  if (!now_.ducts.empty()) constant_.setZero(3 * joint_->modes());
   now_.taken_away.assign(joint_->layers().size(), 0);
   Refactor();
   if (joint_->sag().size() > 0) BearWeight();
@@ -39,14 +38,15 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
 
 // Finds what the undamaged layers bear, without the ducts. Refuses a layer that it would damage.
 void AttachmentState::BearWeight() {
-  const Eigen::MatrixXd& stiffness = joint_->lasting_stiffness();
-  Eigen::MatrixXd held = stiffness;
-  const Eigen::Index of_layers =
-      3 * (joint_->ducts().empty() ? joint_->modes() : joint_->ducts()[0].first_mode);
-  held.topLeftCorner(of_layers, of_layers) += R_.topLeftCorner(of_layers, of_layers);
-  const Eigen::VectorXd w = held.ldlt().solve(Eigen::VectorXd(stiffness * joint_->sag()));
+  const Eigen::MatrixXd G = joint_->LastingCompliance();
+  Eigen::MatrixXd held = Eigen::MatrixXd::Identity(G.rows(), G.cols());  // 1 + G R
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
+    const AttachmentJoint::Layer& layer = joint_->layers()[l];
+    const Eigen::Index first = 3 * layer.first_mode, size = 3 * layer.samples.rows();
+    held.middleCols(first, size) += G.middleCols(first, size) * solver_.StiffnessOf(l);
+  }
+  const Eigen::VectorXd w = held.partialPivLu().solve(joint_->sag());
   borne_.resize(static_cast<Eigen::Index>(now_.damage.size()), 3);
-  constant_.setZero(w.size());
   Eigen::Index at = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     const AttachmentBed& bed = layer.bed;
@@ -113,47 +113,21 @@ void AttachmentState::TakeAway(std::size_t layer) {
 void AttachmentState::Refactor() {
   if (!changed_ && !ducts_changed_) return;
   if (changed_) AddLayers();
-  AddDucts();
-  Factor();
+  solver_.TakeDucts(now_.ducts);
+  for (std::size_t d = 0; d < now_.ducts.size(); ++d) {
+    const Eigen::Index at = 3 * joint_->ducts()[d].first_mode;
+    constant_.segment(at, now_.ducts[d].unknowns()) = now_.ducts[d].constant();
+  }
   changed_ = ducts_changed_ = false;
 }
 
-// Fills the layers' part of R and of the constant forces.
+// Takes the layers' stiffness and constant forces.
 void AttachmentState::AddLayers() {
-  R_.setZero();
-  if (constant_.size() > 0) constant_.setZero();
+  constant_.setZero();
   std::size_t first = 0;
-  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
-    const Eigen::Index s = layer.samples.rows(), at = 3 * layer.first_mode;
-    auto block = R_.block(at, at, 3 * s, 3 * s);
-    // Samples that are not closed respond alike along all axes: their sum along one, lower part.
-    auto sum = factor_.topLeftCorner(s, s);
-    sum.setZero();
-    for (int i = 0; i < layer.bed.size(); ++i) {
-      const double rest = layer.bed.areas[i] * (1 - now_.damage[first + ToSize(i)]);
-      if (rest == 0) continue;
-      const auto m = layer.samples.col(i);
-      for (Eigen::Index l = 0; l < s; ++l) sum.col(l).tail(s - l) += rest * m[l] * m.tail(s - l);
-    }
-    sum *= layer.bed.law.stiffness;
-    for (Eigen::Index l = 0; l < s; ++l) {
-      for (Eigen::Index j = l; j < s; ++j) {
-        const double value = sum(j, l);
-        block.block<3, 3>(3 * j, 3 * l) = value * Matrix3d::Identity();
-        block.block<3, 3>(3 * l, 3 * j) = value * Matrix3d::Identity();
-      }
-    }
-    for (int i = 0; i < layer.bed.size(); ++i) {
-      const double d = now_.damage[first + ToSize(i)];
-      if (now_.closed[first + ToSize(i)] == 0 || d == 0) continue;
-      const Vector3d n = layer.bed.normals_W.row(i);
-      const Matrix3d along = layer.bed.areas[i] * d * layer.bed.law.stiffness * n * n.transpose();
-      for (Eigen::Index l = 0; l < s; ++l) {
-        for (Eigen::Index j = 0; j < s; ++j) {
-          block.block<3, 3>(3 * j, 3 * l) += layer.samples(j, i) * layer.samples(l, i) * along;
-        }
-      }
-    }
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
+    FillStiffness(l, first);
+    const AttachmentJoint::Layer& layer = joint_->layers()[l];
     for (int i = 0; i < layer.bed.size() && borne_.rows() > 0; ++i) {
       const auto sample = static_cast<Eigen::Index>(first) + i;
       const double d = now_.damage[ToSize(sample)];
@@ -163,61 +137,44 @@ void AttachmentState::AddLayers() {
         const Vector3d n = layer.bed.normals_W.row(i);
         lost -= n.dot(lost) * n;
       }
-      for (Eigen::Index j = 0; j < s; ++j) {
-        constant_.segment<3>(at + 3 * j) -= layer.samples(j, i) * lost;
+      for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
+        constant_.segment<3>(3 * (layer.first_mode + j)) -= layer.samples(j, i) * lost;
       }
     }
     first += ToSize(layer.bed.size());
   }
+  solver_.FactorLayers();
 }
 
-void AttachmentState::AddDucts() {
-  for (std::size_t d = 0; d < now_.ducts.size(); ++d) {
-    const Eigen::Index at = 3 * joint_->ducts()[d].first_mode, count = now_.ducts[d].unknowns();
-    R_.block(at, at, count, count) = now_.ducts[d].stiffness();
-    constant_.segment(at, count) = now_.ducts[d].constant();
+// Fills a layer's block of R. Samples respond alike along all axes, unless they are damaged and closed:
+// these carry pressure alone.
+void AttachmentState::FillStiffness(std::size_t l, std::size_t first_sample) {
+  const AttachmentJoint::Layer& layer = joint_->layers()[l];
+  const auto damage = std::span(now_.damage).subspan(first_sample, ToSize(layer.bed.size()));
+  const auto closed = std::span(now_.closed).subspan(first_sample, ToSize(layer.bed.size()));
+  const Eigen::Index s = layer.samples.rows();
+  auto sum = solver_.RoomFor(l);
+  for (int i = 0; i < layer.bed.size(); ++i) {
+    const double rest = layer.bed.areas[i] * layer.bed.law.stiffness * (1 - damage[ToSize(i)]);
+    if (rest == 0) continue;
+    const auto m = layer.samples.col(i);
+    for (Eigen::Index c = 0; c < s; ++c) sum.col(c).tail(s - c) += rest * m[c] * m.tail(s - c);
   }
-}
-
-// Factors G^-1 + R. If the layers are the same, only the ducts' rows change, the last ones. A duct
-// under pressure can have negative stiffness: if the organs cannot hold it, that part is left out.
-void AttachmentState::Factor() {
-  const Eigen::Index kept = changed_ ? 0 : R_.rows() - duct_unknowns_, rest = R_.rows() - kept;
-  if (rest == 0) return;
-  for (int attempt = 0; attempt < 2; ++attempt) {
-    auto corner = factor_.bottomRightCorner(rest, rest);
-    corner = joint_->stiffness().bottomRightCorner(rest, rest) + R_.bottomRightCorner(rest, rest);
-    for (Eigen::Index k = 0; k < kept; ++k) {
-      const auto column = factor_.col(k).tail(rest);
-      for (Eigen::Index j = 0; j < rest; ++j) corner.col(j) -= column[j] * column;
+  bool spread = false;
+  for (int i = 0; i < layer.bed.size(); ++i) {
+    if (closed[ToSize(i)] == 0 || damage[ToSize(i)] == 0) continue;
+    if (!spread) solver_.SpreadOverAxes(l);
+    spread = true;
+    const Vector3d n = layer.bed.normals_W.row(i);
+    const double pressed = layer.bed.areas[i] * layer.bed.law.stiffness * damage[ToSize(i)];
+    const Matrix3d along = pressed * n * n.transpose();
+    auto block = solver_.RoomOf(l);
+    const auto m = layer.samples.col(i);
+    for (Eigen::Index c = 0; c < s; ++c) {
+      for (Eigen::Index r = c; r < s; ++r) block.block<3, 3>(3 * r, 3 * c) += m[c] * m[r] * along;
     }
-    const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> factor(corner);  // in place
-    if (factor.info() == Eigen::Success) return;
-    for (DuctState& duct : now_.ducts) duct.Stabilise();
-    AddDucts();
   }
-}
-
-// A few columns at once, so that L passes through the processor once for them. Eigen's own solution of
-// many columns allocates.
-void AttachmentState::HalfSettle(Eigen::Ref<Eigen::MatrixXd> columns, FewColumns* scratch) const {
-  auto few = scratch->topRows(columns.rows());
-  for (Eigen::Index first = 0; first < columns.cols(); first += few.cols()) {
-    const Eigen::Index count = std::min(few.cols(), columns.cols() - first);
-    few.setZero();
-    few.leftCols(count) = columns.middleCols(first, count);
-    for (Eigen::Index j = 0; j < few.rows(); ++j) {
-      few.row(j) /= factor_(j, j);
-      const Eigen::Matrix<double, 1, FewColumns::ColsAtCompileTime> solved = few.row(j);
-      for (Eigen::Index i = j + 1; i < few.rows(); ++i) few.row(i) -= factor_(i, j) * solved;
-    }
-    columns.middleCols(first, count) = few.leftCols(count);
-  }
-}
-
-void AttachmentState::Settle(Eigen::Ref<Eigen::VectorXd> w) const {
-  factor_.triangularView<Eigen::Lower>().solveInPlace(w);
-  factor_.transpose().triangularView<Eigen::Upper>().solveInPlace(w);
+  solver_.TakeLayer(l);
 }
 
 Vector3d AttachmentState::DisplacementOf(const AttachmentJoint::Layer& layer, int sample,

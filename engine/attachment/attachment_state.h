@@ -6,6 +6,7 @@
 
 #include "engine/attachment/attachment_joint.h"
 #include "engine/attachment/attachment_outcome.h"
+#include "engine/attachment/joint_solver.h"
 #include "engine/duct/duct_state.h"
 
 namespace hpdm {
@@ -47,31 +48,15 @@ class AttachmentState {
   std::span<DuctState> ducts() { return now_.ducts; }
   std::span<const DuctState> ducts() const { return now_.ducts; }
 
-  /// Takes the damage and the ducts' tangents into the stiffness R, if they have changed.
+  /// Takes the damage and the ducts' tangents into the stiffness R, if they have changed. Needed before
+  /// solver() is used.
   void Refactor();
-  /// A few columns, stored row by row.
-  using FewColumns = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
-  /// Replaces columns G^-1 w_0 (3r rows) by L^-1 G^-1 w_0 with L L^T = G^-1 + R, for
-  ///     R (1 + G R)^-1 = G^-1 - G^-1 (G^-1 + R)^-1 G^-1.
-  /// `scratch`: at least 3r rows.
-  void HalfSettle(Eigen::Ref<Eigen::MatrixXd> columns, FewColumns* scratch) const;
-  /// Replaces G^-1 w_0 by w = (1 + G R)^-1 w_0: the modes' displacements w_0 (3r, m) without the
-  /// layers by those with them.
-  void Settle(Eigen::Ref<Eigen::VectorXd> w) const;
-  /// Returns the part R w of the forces q of layers and ducts, N: the organs move by -H Phi^T q.
-  void ForcesOf(const Eigen::Ref<const Eigen::VectorXd>& w, Eigen::Ref<Eigen::VectorXd> q) const {
-    q.noalias() = R_ * w;
-  }
-  /// Adds the forces at w = 0, N: the part of the weight that the damaged layers no longer bear,
-  /// which is R's change times the displacements that the weight would have given the undamaged
-  /// layers; and those of the ducts.
-  void AddConstantForces(Eigen::Ref<Eigen::VectorXd> q) const {
-    if (constant_.size() > 0) q += constant_;
-  }
-  /// Takes them off G^-1 w_0.
-  void TakeConstantForces(Eigen::Ref<Eigen::VectorXd> w) const {
-    if (constant_.size() > 0) w -= constant_;
-  }
+  /// The response with the present stiffness R.
+  const JointSolver& solver() const { return solver_; }
+  /// 3r, N: the forces at w = 0, besides R w. The part of the weight that the damaged layers no longer
+  /// bear, which is R's change times the displacements that the weight would have given the undamaged
+  /// layers; and those of the ducts. The organs move by -H Phi^T (R w + constant).
+  const Eigen::VectorXd& constant() const { return constant_; }
   /// Lets the damage grow with the modes' displacements w (3r, m), and moves the ducts. True if the
   /// damage and the ducts' forces hardly changed, and no damaged sample opened or closed. R follows
   /// at the next Refactor().
@@ -113,8 +98,7 @@ class AttachmentState {
   }
   void BearWeight();
   void AddLayers();
-  void AddDucts();
-  void Factor();
+  void FillStiffness(std::size_t layer, std::size_t first_sample);
   Vector3d BorneBy(std::size_t sample) const {
     if (borne_.rows() == 0) return Vector3d::Zero();
     return borne_.row(static_cast<Eigen::Index>(sample));
@@ -124,12 +108,10 @@ class AttachmentState {
   Solved now_;
   std::vector<double> burnt_, cut_;  // shares of the area that instruments removed
   Points borne_;  // of each sample, m: its displacement by the weight; empty: no weight
-  Eigen::Index duct_unknowns_ = 0;  // those of the ducts' modes, the last ones
-  Eigen::VectorXd constant_;        // 3r, N; empty without a weight and ducts
-  bool changed_ = true;             // the layers' part of R_ is to be computed
-  bool ducts_changed_ = false;
-  Eigen::MatrixXd R_;       // 3r x 3r, N/m
-  Eigen::MatrixXd factor_;  // 3r x 3r: lower Cholesky factor of G^-1 + R
+  JointSolver solver_;
+  Eigen::VectorXd constant_;
+  bool changed_ = true;  // the layers' part of R is to be computed
+  bool ducts_changed_ = true;
 };
 
 }  // namespace hpdm

@@ -9,7 +9,7 @@
 namespace hpdm {
 namespace {
 
-constexpr int kLanes = Relocation::kLanes;
+constexpr int kBlock = Relocation::kLanes;
 
 // The columns of a row of B, ascending as Eigen keeps them.
 struct Columns {
@@ -22,16 +22,16 @@ Columns ColumnsOf(const WeightMatrix& weights, int row) {
   return {inner + weights.outerIndexPtr()[row], inner + weights.outerIndexPtr()[row + 1]};
 }
 
-using Sums = double[3][kLanes];
+using Sums = double[3][kBlock];
 
-// Computes sum[d] = sum over the columns of weight x U_d for the kLanes vertices of a block.
+// Computes sum[d] = sum over the columns of weight x U_d for the kBlock vertices of a block.
 void SumPlainly(const double* weights, const int* columns, int count, const double* U, Sums& sum) {
-  double x[kLanes] = {}, y[kLanes] = {}, z[kLanes] = {};
+  double x[kBlock] = {}, y[kBlock] = {}, z[kBlock] = {};
   for (int c = 0; c < count; ++c) {
-    const double* const w = weights + std::ptrdiff_t{kLanes} * c;
+    const double* const w = weights + std::ptrdiff_t{kBlock} * c;
     const double* const u = U + std::ptrdiff_t{3} * columns[c];
     const double ux = u[0], uy = u[1], uz = u[2];
-    for (int lane = 0; lane < kLanes; ++lane) {
+    for (int lane = 0; lane < kBlock; ++lane) {
       x[lane] += w[lane] * ux;
       y[lane] += w[lane] * uy;
       z[lane] += w[lane] * uz;
@@ -43,25 +43,25 @@ void SumPlainly(const double* weights, const int* columns, int count, const doub
 
 #if defined(__x86_64__)
 // Does the same with vectors of four doubles, an extension of GCC and Clang.
-using Lanes [[gnu::vector_size(32)]] = double;
-static_assert(kLanes * sizeof(double) == 2 * sizeof(Lanes));
+using FourDoubles [[gnu::vector_size(32)]] = double;
+static_assert(kBlock * sizeof(double) == 2 * sizeof(FourDoubles));
 
 [[gnu::target("avx2")]] void SumByAvx2(const double* weights, const int* columns, int count,
                                        const double* U, Sums& sum) {
-  Lanes x0 = {}, x1 = {}, y0 = {}, y1 = {}, z0 = {}, z1 = {};
+  FourDoubles x0 = {}, x1 = {}, y0 = {}, y1 = {}, z0 = {}, z1 = {};
   for (int c = 0; c < count; ++c) {
-    Lanes w0, w1;
-    std::memcpy(&w0, weights + std::ptrdiff_t{kLanes} * c, sizeof w0);
-    std::memcpy(&w1, weights + std::ptrdiff_t{kLanes} * c + kLanes / 2, sizeof w1);
+    FourDoubles w0, w1;
+    std::memcpy(&w0, weights + std::ptrdiff_t{kBlock} * c, sizeof w0);
+    std::memcpy(&w1, weights + std::ptrdiff_t{kBlock} * c + kBlock / 2, sizeof w1);
     const double* const u = U + std::ptrdiff_t{3} * columns[c];
     x0 += w0 * u[0], x1 += w1 * u[0];
     y0 += w0 * u[1], y1 += w1 * u[1];
     z0 += w0 * u[2], z1 += w1 * u[2];
   }
   // Six variables instead of an array, which the compiler would keep in memory throughout.
-  std::memcpy(sum[0], &x0, sizeof x0), std::memcpy(sum[0] + kLanes / 2, &x1, sizeof x1);
-  std::memcpy(sum[1], &y0, sizeof y0), std::memcpy(sum[1] + kLanes / 2, &y1, sizeof y1);
-  std::memcpy(sum[2], &z0, sizeof z0), std::memcpy(sum[2] + kLanes / 2, &z1, sizeof z1);
+  std::memcpy(sum[0], &x0, sizeof x0), std::memcpy(sum[0] + kBlock / 2, &x1, sizeof x1);
+  std::memcpy(sum[1], &y0, sizeof y0), std::memcpy(sum[1] + kBlock / 2, &y1, sizeof y1);
+  std::memcpy(sum[2], &z0, sizeof z0), std::memcpy(sum[2] + kBlock / 2, &z1, sizeof z1);
 }
 #endif
 

@@ -1,0 +1,314 @@
+#include "engine/attachment/joint_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "engine/base/check.h"
+
+namespace hpdm {
+namespace {
+
+using Eigen::Index;
+
+// Diagonal entries that count as zero, over the largest.
+constexpr double kNothing = 1e-14;
+
+// Room for full groups of columns.
+Index Padded(Index columns) { return (columns + kFewColumns - 1) / kFewColumns * kFewColumns; }
+
+// Finds C with A = C C^T for a positive semi-definite A, whose lower triangle is read. The largest diagonal
+// entry of what is left comes next, so what is left out in the end is as small as these entries: a free
+// organ can be 1e7 times softer than its layer. Returns the number of C's columns. `rest`: scratch.
+Index FindRoot(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Ref<Eigen::MatrixXd> C,
+               Eigen::Ref<Eigen::VectorXd> rest) {
+  const Index size = A.rows();
+  for (Index j = 0; j < size; ++j) A.row(j).tail(size - j) = A.col(j).tail(size - j).transpose();
+  rest = A.diagonal();
+  const double nothing = size > 0 ? kNothing * rest.maxCoeff() : 0;
+  for (Index rank = 0; rank < size; ++rank) {
+    Index pivot = 0;
+    if (!(rest.maxCoeff(&pivot) > nothing)) return rank;
+    auto column = C.col(rank);
+    column = A.col(pivot);
+    column.noalias() -= C.leftCols(rank) * C.row(pivot).head(rank).transpose();
+    column /= std::sqrt(rest[pivot]);
+    rest -= column.cwiseAbs2();
+    rest[pivot] = 0;
+  }
+  return size;
+}
+
+// Y = A X, for each axis of interleaved rows if axes is 3. The rows of X and Y begin there.
+void MultiplyAxes(const Eigen::Ref<const RowMajorMatrix>& A, int axes, const double* X,
+                  Index x_stride, double* Y, Index y_stride) {
+  using Stride = Eigen::OuterStride<>;
+  for (int axis = 0; axis < axes; ++axis) {
+    const Eigen::Map<const FewColumns, 0, Stride> from(X + axis * x_stride, A.cols(), kFewColumns,
+                                                       Stride(axes * x_stride));
+    Eigen::Map<FewColumns, 0, Stride> to(Y + axis * y_stride, A.rows(), kFewColumns,
+                                         Stride(axes * y_stride));
+    Multiply(A, from, to);
+  }
+}
+
+}  // namespace
+
+JointSolver::JointSolver(std::shared_ptr<const AttachmentJoint> joint)
+    : joint_(std::move(joint)),
+      unknowns_(3 * joint_->modes()),
+      duct_unknowns_(joint_->ducts().empty() ? 0 : unknowns_ - 3 * joint_->ducts()[0].first_mode),
+      roots_(joint_->layers().size()),
+      factor_(Padded(unknowns_ - duct_unknowns_), unknowns_ - duct_unknowns_),
+      duct_rows_(unknowns_ - duct_unknowns_, duct_unknowns_),
+      duct_compliance_(duct_unknowns_, duct_unknowns_),
+      duct_root_(duct_compliance_),
+      duct_stiffness_(duct_compliance_),
+      duct_factor_(duct_unknowns_),
+      duct_forces_(Eigen::MatrixXd::Zero(duct_unknowns_, duct_unknowns_)),
+      product_(unknowns_ - duct_unknowns_, Padded(unknowns_) + kFewColumns),
+      transposed_(unknowns_, Padded(unknowns_ - duct_unknowns_)),
+      y_(unknowns_, kFewColumns),
+      w_(unknowns_, kFewColumns),
+      one_(w_),
+      q_(w_),
+      step_(w_),
+      moved_(Eigen::VectorXd::Zero(duct_unknowns_)),
+      duct_work_(duct_unknowns_, duct_unknowns_),
+      duct_inner_(duct_unknowns_, duct_unknowns_),
+      root_(unknowns_, unknowns_),
+      rest_(unknowns_, 1) {
+  for (std::size_t l = 0; l < roots_.size(); ++l) {
+    const Index size = 3 * joint_->layers()[l].samples.rows();
+    roots_[l].stiffness = Eigen::MatrixXd::Zero(size, size);
+    roots_[l].columns = roots_[l].transposed = RowMajorMatrix::Zero(size, size);
+  }
+}
+
+Eigen::Ref<Eigen::MatrixXd> JointSolver::RoomFor(std::size_t layer) {
+  roots_[layer].axes = 3;
+  roots_[layer].size = joint_->layers()[layer].samples.rows();
+  auto room = RoomOf(layer);
+  room.setZero();
+  return room;
+}
+
+Eigen::Ref<Eigen::MatrixXd> JointSolver::RoomOf(std::size_t layer) {
+  Root& root = roots_[layer];
+  return root.stiffness.topLeftCorner(root.size, root.size);
+}
+
+// In place, from the last entry on: no entry is overwritten before it is spread.
+void JointSolver::SpreadOverAxes(std::size_t layer) {
+  Root& root = roots_[layer];
+  for (Index c = root.size; c-- > 0;) {
+    for (Index r = root.size; r-- > c;) {
+      const double value = root.stiffness(r, c);
+      root.stiffness.block<3, 3>(3 * r, 3 * c) = value * Matrix3d::Identity();
+    }
+  }
+  root.axes = 1;
+  root.size *= 3;
+}
+
+void JointSolver::TakeLayer(std::size_t layer) {
+  Root& root = roots_[layer];
+  auto C = root_.topLeftCorner(root.size, root.size);
+  root.rank = FindRoot(RoomOf(layer), C, rest_.head(root.size));
+  root.columns.topLeftCorner(root.size, root.rank) = C.leftCols(root.rank);
+  root.transposed.topLeftCorner(root.rank, root.size) = C.leftCols(root.rank).transpose();
+}
+
+Eigen::MatrixXd JointSolver::StiffnessOf(std::size_t layer) const {
+  const Root& root = roots_[layer];
+  const Eigen::MatrixXd C = root.columns.topLeftCorner(root.size, root.rank);
+  const Eigen::MatrixXd stiffness = C * C.transpose();
+  if (root.axes == 1) return stiffness;
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(3 * root.size, 3 * root.size);
+  for (Index j = 0; j < root.size; ++j) {
+    for (Index i = 0; i < root.size; ++i) {
+      spread.block<3, 3>(3 * i, 3 * j) = stiffness(i, j) * Matrix3d::Identity();
+    }
+  }
+  return spread;
+}
+
+// Y = C^T X.
+void JointSolver::MultiplyRoots(const Eigen::Ref<const FewColumns>& X,
+                                Eigen::Ref<FewColumns> Y) const {
+  for (std::size_t l = 0; l < roots_.size(); ++l) {
+    const Root& root = roots_[l];
+    MultiplyAxes(root.transposed.topLeftCorner(root.rank, root.size), root.axes,
+                 X.data() + 3 * joint_->layers()[l].first_mode * X.outerStride(), X.outerStride(),
+                 Y.data() + root.first * Y.outerStride(), Y.outerStride());
+  }
+}
+
+void JointSolver::FactorLayers() {
+  rank_ = 0;
+  for (Root& root : roots_) {
+    root.first = rank_;
+    rank_ += root.axes * root.rank;
+  }
+  const RowMajorMatrix& G = joint_->compliance();
+  for (Index column = 0; column < unknowns_; column += kFewColumns) {
+    MultiplyRoots(G.middleCols<kFewColumns>(column), product_.middleCols<kFewColumns>(column));
+  }
+  const Index layers = unknowns_ - duct_unknowns_;
+  transposed_.topLeftCorner(layers, rank_) = product_.topLeftCorner(rank_, layers).transpose();
+  transposed_.block(0, rank_, layers, Padded(rank_) - rank_).setZero();
+  // The rows of the symmetric B are written as columns of its lower triangle.
+  for (Index column = 0; column < rank_; column += kFewColumns) {
+    Eigen::Map<FewColumns, 0, Eigen::OuterStride<>> rows(
+        factor_.data() + column, rank_, kFewColumns, Eigen::OuterStride<>(factor_.rows()));
+    MultiplyRoots(transposed_.block(0, column, layers, kFewColumns), rows);
+  }
+  auto B = factor_.topLeftCorner(rank_, rank_);
+  B.diagonal().array() += 1;
+  FactorLower(B);
+  if (duct_unknowns_ > 0) CondenseLayers();
+}
+
+// Finds W and S.
+void JointSolver::CondenseLayers() {
+  const RowMajorMatrix& G = joint_->compliance();
+  const Index layers = unknowns_ - duct_unknowns_;
+  const auto B = factor_.topLeftCorner(rank_, rank_);
+  auto y = y_.topRows(rank_);
+  for (Index column = 0; column < duct_unknowns_; column += kFewColumns) {
+    const Index count = std::min<Index>(kFewColumns, duct_unknowns_ - column);
+    y = product_.block(0, layers + column, rank_, kFewColumns);
+    SolveLower(B, y);
+    duct_rows_.block(0, column, rank_, count) = y.leftCols(count);
+  }
+  const auto W = duct_rows_.topRows(rank_);
+  for (Index j = 0; j < duct_unknowns_; ++j) {
+    for (Index i = 0; i < duct_unknowns_; ++i) {
+      duct_compliance_(i, j) = G(layers + i, layers + j) - W.col(i).dot(W.col(j));
+    }
+  }
+  const Index rank = FindRoot(duct_compliance_, duct_root_, rest_.head(duct_unknowns_));
+  duct_root_.rightCols(duct_unknowns_ - rank).setZero();
+}
+
+void JointSolver::TakeDucts(std::span<DuctState> ducts) {
+  if (duct_unknowns_ == 0) return;
+  for (int attempt = 0; attempt < 2; ++attempt) {
+    duct_stiffness_.setZero();
+    Index first = 0;
+    for (const DuctState& duct : ducts) {
+      duct_stiffness_.block(first, first, duct.unknowns(), duct.unknowns()) = duct.stiffness();
+      first += duct.unknowns();
+    }
+    // The organs hold the ducts if 1 + s^T R s is positive definite, with S = s s^T.
+    duct_work_.noalias() = duct_stiffness_.lazyProduct(duct_root_);
+    duct_inner_.noalias() = duct_root_.transpose().lazyProduct(duct_work_);
+    duct_inner_.diagonal().array() += 1;
+    if (FactorLower(duct_inner_)) break;
+    for (DuctState& duct : ducts) duct.Stabilise();
+  }
+  duct_work_.noalias() = duct_compliance_.lazyProduct(duct_stiffness_);
+  duct_work_.diagonal().array() += 1;
+  duct_factor_.compute(duct_work_);
+  duct_work_.noalias() =
+      duct_factor_.solve(Eigen::MatrixXd::Identity(duct_unknowns_, duct_unknowns_));
+  duct_inner_.noalias() = duct_stiffness_.lazyProduct(duct_work_);
+  duct_forces_ = (duct_inner_ + duct_inner_.transpose()) / 2;
+}
+
+void JointSolver::Halve(const Eigen::Ref<const Eigen::MatrixXd>& w_0,
+                        Eigen::Ref<Eigen::MatrixXd> half) const {
+  const auto B = factor_.topLeftCorner(rank_, rank_);
+  const auto W = duct_rows_.topRows(rank_);
+  auto y = y_.topRows(rank_);
+  for (Index first = 0; first < w_0.cols(); first += kFewColumns) {
+    const Index count = std::min<Index>(kFewColumns, w_0.cols() - first);
+    w_.setZero();
+    w_.leftCols(count) = w_0.middleCols(first, count);
+    MultiplyRoots(w_, y);
+    SolveLower(B, y);
+    auto columns = half.middleCols(first, count);
+    columns.topRows(rank_) = y.leftCols(count);
+    columns.bottomRows(unknowns_ - rank_ - duct_unknowns_).setZero();
+    auto of_ducts = columns.middleRows(rank_, duct_unknowns_);
+    of_ducts = w_.leftCols(count).bottomRows(duct_unknowns_);
+    of_ducts -= W.transpose().lazyProduct(y.leftCols(count));
+  }
+}
+
+void JointSolver::TakeDuctForces(Eigen::Ref<Eigen::MatrixXd> half) const {
+  if (duct_unknowns_ == 0) return;
+  auto of_ducts = half.middleRows(rank_, duct_unknowns_);
+  for (Index c = 0; c < half.cols(); ++c) {
+    auto w = y_.col(0).head(duct_unknowns_);
+    w.noalias() = duct_forces_.lazyProduct(of_ducts.col(c));
+    of_ducts.col(c) = w;
+  }
+}
+
+void JointSolver::FindForces(const Eigen::Ref<const FewColumns>& w_0,
+                             Eigen::Ref<FewColumns> q) const {
+  BeginSolution(w_0);
+  q.bottomRows(duct_unknowns_).noalias() = duct_forces_.lazyProduct(w_.topRows(duct_unknowns_));
+  EndSolution(q);
+}
+
+// Finds y, and w_d in the first rows of w_.
+void JointSolver::BeginSolution(const Eigen::Ref<const FewColumns>& w_0) const {
+  auto y = y_.topRows(rank_);
+  MultiplyRoots(w_0, y);
+  SolveLower(factor_.topLeftCorner(rank_, rank_), y);
+  auto w = w_.topRows(duct_unknowns_);
+  w = w_0.bottomRows(duct_unknowns_);
+  w -= duct_rows_.topRows(rank_).transpose().lazyProduct(y);
+}
+
+// Fills the layers' rows of q, with those of the ducts there, and leaves z = L^-T (y - W^T q_d) in y_.
+void JointSolver::EndSolution(Eigen::Ref<FewColumns> q) const {
+  auto y = y_.topRows(rank_);
+  y -= duct_rows_.topRows(rank_).lazyProduct(q.bottomRows(duct_unknowns_));
+  SolveLowerTransposed(factor_.topLeftCorner(rank_, rank_), y);
+  SetRootForces(y, q);
+}
+
+// q = C z in the layers' rows.
+void JointSolver::SetRootForces(const Eigen::Ref<const FewColumns>& z,
+                                Eigen::Ref<FewColumns> q) const {
+  for (std::size_t l = 0; l < roots_.size(); ++l) {
+    const Root& root = roots_[l];
+    MultiplyAxes(root.columns.topLeftCorner(root.size, root.rank), root.axes,
+                 z.data() + root.first * z.outerStride(), z.outerStride(),
+                 q.data() + 3 * joint_->layers()[l].first_mode * q.outerStride(), q.outerStride());
+  }
+}
+
+// The solution has C^T w = z with q = C z.
+void JointSolver::FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q,
+                             Eigen::VectorXd* w) const {
+  const auto G = joint_->compliance().leftCols(unknowns_);
+  one_.setZero();
+  one_.col(0) = w_0;
+  BeginSolution(one_);
+  w->head(duct_unknowns_) = w_.col(0).head(duct_unknowns_);
+  moved_ = duct_factor_.solve(w->head(duct_unknowns_));
+  q_.setZero();
+  q_.col(0).tail(duct_unknowns_) = duct_stiffness_.lazyProduct(moved_);
+  EndSolution(q_);
+  auto z = y_.topRows(rank_), error = step_.topRows(rank_);
+  *q = q_.col(0);
+  *w = w_0;
+  w->noalias() -= G * *q;
+  one_.col(0) = *w;
+  MultiplyRoots(one_, error);
+  error -= z;
+  const auto B = factor_.topLeftCorner(rank_, rank_);
+  SolveLower(B, error);
+  SolveLowerTransposed(B, error);
+  q_.setZero();
+  SetRootForces(error, q_);
+  *q += q_.col(0);
+  w->noalias() -= G * q_.col(0);
+  w->tail(duct_unknowns_) = moved_;
+}
+
+}  // namespace hpdm
