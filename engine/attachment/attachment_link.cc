@@ -132,9 +132,10 @@ void AttachmentLink::AddFreeDisplacements(std::span<const BodyInStep> bodies) {
     if (U == nullptr || HasLetGo(m)) continue;
     const Eigen::MatrixXd& shape = joint().members()[m].shape;
     HPDM_CHECK(shape.cols() <= U->rows());
-    for (Eigen::Index j = 0; j < shape.rows(); ++j) {
-      for (Eigen::Index a = 0; a < shape.cols(); ++a) {
-        apart_.segment<3>(3 * j) += shape(j, a) * U->row(a).transpose();
+    for (Eigen::Index a = 0; a < shape.cols(); ++a) {
+      const Vector3d moved_W = U->row(a);
+      for (Eigen::Index j = 0; j < shape.rows(); ++j) {
+        apart_.segment<3>(3 * j) += shape(j, a) * moved_W;
       }
     }
   }

@@ -19,7 +19,8 @@ constexpr double kSettled = 1e-4;
 AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
     : joint_(std::move(joint)),
       solver_(joint_),
-      constant_(Eigen::VectorXd::Zero(3 * joint_->modes())) {
+      constant_(Eigen::VectorXd::Zero(3 * joint_->modes())),
+      changed_(joint_->layers().size(), 1) {
   std::size_t count = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     count += static_cast<std::size_t>(layer.bed.size());
@@ -94,7 +95,7 @@ double AttachmentState::Remove(std::size_t layer, int sample, double share,
   share = std::min(share, left);
   (*by)[at] += share;
   now_.damage[at] = share == left ? 1 : DamageWith(now_.torn[at], burnt_[at] + cut_[at]);
-  changed_ = true;
+  changed_[layer] = 1;
   return share;
 }
 
@@ -107,18 +108,20 @@ void AttachmentState::TakeAway(std::size_t layer) {
   const auto first = static_cast<std::ptrdiff_t>(DamageOf(layer).data() - now_.damage.data());
   std::fill_n(now_.closed.begin() + first, joint_->layers()[layer].bed.size(), 0);
   now_.taken_away[layer] = 1;
-  changed_ = true;
+  changed_[layer] = 1;
 }
 
 void AttachmentState::Refactor() {
-  if (!changed_ && !ducts_changed_) return;
-  if (changed_) AddLayers();
+  const bool changed = std::ranges::find(changed_, 1) != changed_.end();
+  if (!changed && !ducts_changed_) return;
+  if (changed) AddLayers();
   solver_.TakeDucts(now_.ducts);
   for (std::size_t d = 0; d < now_.ducts.size(); ++d) {
     const Eigen::Index at = 3 * joint_->ducts()[d].first_mode;
     constant_.segment(at, now_.ducts[d].unknowns()) = now_.ducts[d].constant();
   }
-  changed_ = ducts_changed_ = false;
+  std::ranges::fill(changed_, 0);
+  ducts_changed_ = false;
 }
 
 // Takes the layers' stiffness and constant forces.
@@ -126,7 +129,7 @@ void AttachmentState::AddLayers() {
   constant_.setZero();
   std::size_t first = 0;
   for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
-    FillStiffness(l, first);
+    if (changed_[l] != 0) FillStiffness(l, first);
     const AttachmentJoint::Layer& layer = joint_->layers()[l];
     for (int i = 0; i < layer.bed.size() && borne_.rows() > 0; ++i) {
       const auto sample = static_cast<Eigen::Index>(first) + i;
@@ -209,14 +212,14 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
         settled = settled && damage - now_.damage[at] <= kSettled;
         now_.torn[at] = torn;
         now_.damage[at] = damage;
-        changed_ = true;
+        changed_[l] = 1;
       }
       const char closed = law.Closed(delta, normal) ? 1 : 0;
       if (closed == now_.closed[at]) continue;
       now_.closed[at] = closed;
       if (now_.damage[at] == 0) continue;
       settled = false;
-      changed_ = true;
+      changed_[l] = 1;
     }
   }
   return MoveDucts(w) && settled;
@@ -234,7 +237,8 @@ bool AttachmentState::MoveDucts(const Eigen::VectorXd& w) {
 
 void AttachmentState::TakeBack(const Solved& kept) {
   now_ = kept;
-  changed_ = ducts_changed_ = true;
+  std::ranges::fill(changed_, 1);
+  ducts_changed_ = true;
 }
 
 void AttachmentState::Report(const Eigen::VectorXd& w,

@@ -110,7 +110,7 @@ class AttachmentState {
   Points borne_;  // of each sample, m: its displacement by the weight; empty: no weight
   JointSolver solver_;
   Eigen::VectorXd constant_;
-  bool changed_ = true;  // the layers' part of R is to be computed
+  std::vector<char> changed_;  // of each layer: its part of R is to be computed
   bool ducts_changed_ = true;
 };
 

@@ -138,9 +138,16 @@ class FullComplianceSolver final : public ComplianceSolver {
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
     response.setZero();
-    for (std::size_t i = 0; i < b.control_points.size(); ++i) {
-      response += b.weights[i] * inverse_.middleCols<3>(3 * b.control_points[i]);
+    const auto part = [&](std::size_t i) {
+      return b.weights[i] * inverse_.middleCols<3>(3 * b.control_points[i]);
+    };
+    // Four at a time: they add in the same order with fewer passes over the sum.
+    const std::size_t count = b.control_points.size();
+    std::size_t i = 0;
+    for (; i + 4 <= count; i += 4) {
+      response = response + part(i) + part(i + 1) + part(i + 2) + part(i + 3);
     }
+    for (; i < count; ++i) response += part(i);
   }
 
   Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
