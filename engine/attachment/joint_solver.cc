@@ -133,11 +133,12 @@ Eigen::MatrixXd JointSolver::StiffnessOf(std::size_t layer) const {
   return spread;
 }
 
-// Y = C^T X.
-void JointSolver::MultiplyRoots(const Eigen::Ref<const FewColumns>& X,
-                                Eigen::Ref<FewColumns> Y) const {
+// Y = C^T X, for the layers that begin in the first `rows` of Y.
+void JointSolver::MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
+                                Index rows) const {
   for (std::size_t l = 0; l < roots_.size(); ++l) {
     const Root& root = roots_[l];
+    if (root.first >= rows) break;
     MultiplyAxes(root.transposed.topLeftCorner(root.rank, root.size), root.axes,
                  X.data() + 3 * joint_->layers()[l].first_mode * X.outerStride(), X.outerStride(),
                  Y.data() + root.first * Y.outerStride(), Y.outerStride());
@@ -152,7 +153,8 @@ void JointSolver::FactorLayers() {
   }
   const RowMajorMatrix& G = joint_->compliance();
   for (Index column = 0; column < unknowns_; column += kFewColumns) {
-    MultiplyRoots(G.middleCols<kFewColumns>(column), product_.middleCols<kFewColumns>(column));
+    MultiplyRoots(G.middleCols<kFewColumns>(column), product_.middleCols<kFewColumns>(column),
+                  rank_);
   }
   const Index layers = unknowns_ - duct_unknowns_;
   transposed_.topLeftCorner(layers, rank_) = product_.topLeftCorner(rank_, layers).transpose();
@@ -161,7 +163,7 @@ void JointSolver::FactorLayers() {
   for (Index column = 0; column < rank_; column += kFewColumns) {
     Eigen::Map<FewColumns, 0, Eigen::OuterStride<>> rows(
         factor_.data() + column, rank_, kFewColumns, Eigen::OuterStride<>(factor_.rows()));
-    MultiplyRoots(transposed_.block(0, column, layers, kFewColumns), rows);
+    MultiplyRoots(transposed_.block(0, column, layers, kFewColumns), rows, column + kFewColumns);
   }
   auto B = factor_.topLeftCorner(rank_, rank_);
   B.diagonal().array() += 1;
@@ -225,7 +227,7 @@ void JointSolver::Halve(const Eigen::Ref<const Eigen::MatrixXd>& w_0,
     const Index count = std::min<Index>(kFewColumns, w_0.cols() - first);
     w_.setZero();
     w_.leftCols(count) = w_0.middleCols(first, count);
-    MultiplyRoots(w_, y);
+    MultiplyRoots(w_, y, rank_);
     SolveLower(B, y);
     auto columns = half.middleCols(first, count);
     columns.topRows(rank_) = y.leftCols(count);
@@ -256,7 +258,7 @@ void JointSolver::FindForces(const Eigen::Ref<const FewColumns>& w_0,
 // Finds y, and w_d in the first rows of w_.
 void JointSolver::BeginSolution(const Eigen::Ref<const FewColumns>& w_0) const {
   auto y = y_.topRows(rank_);
-  MultiplyRoots(w_0, y);
+  MultiplyRoots(w_0, y, rank_);
   SolveLower(factor_.topLeftCorner(rank_, rank_), y);
   auto w = w_.topRows(duct_unknowns_);
   w = w_0.bottomRows(duct_unknowns_);
@@ -299,7 +301,7 @@ void JointSolver::FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q,
   *w = w_0;
   w->noalias() -= G * *q;
   one_.col(0) = *w;
-  MultiplyRoots(one_, error);
+  MultiplyRoots(one_, error, rank_);
   error -= z;
   const auto B = factor_.topLeftCorner(rank_, rank_);
   SolveLower(B, error);

@@ -69,7 +69,8 @@ class JointSolver {
     Eigen::Index first = 0;  // column of C
   };
 
-  void MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y) const;
+  void MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
+                     Eigen::Index rows) const;
 
   void CondenseLayers();
   void BeginSolution(const Eigen::Ref<const FewColumns>& w_0) const;

@@ -44,7 +44,9 @@ ContactSolver::ContactSolver()
       sides_(2 * kMaxEquations),
       compliance_(kMaxEquations, kMaxEquations),
       relaxed_(kMaxEquations, kMaxEquations),
-      active_compliance_(kMaxEquations, kMaxEquations) {}
+      active_compliance_(kMaxEquations, kMaxEquations),
+      kept_compliance_(kMaxEquations, kMaxEquations),
+      kept_relaxed_(kMaxEquations, kMaxEquations) {}
 
 void ContactSolver::Build(std::span<const ContactConstraints* const> bodies,
                           std::span<const OrganContact> pairs) {
@@ -158,6 +160,18 @@ void ContactSolver::AddLocalCompliance() {
       }
     }
   }
+}
+
+void ContactSolver::Keep() {
+  kept_compliance_.topLeftCorner(size_, size_) = compliance();
+  kept_relaxed_.topLeftCorner(size_, size_) = relaxed_.topLeftCorner(size_, size_);
+  kept_change_ = change_;
+}
+
+void ContactSolver::TakeBack() {
+  compliance() = kept_compliance_.topLeftCorner(size_, size_);
+  relaxed_.topLeftCorner(size_, size_) = kept_relaxed_.topLeftCorner(size_, size_);
+  change_ = kept_change_;
 }
 
 void ContactSolver::LineariseTipLaws() {

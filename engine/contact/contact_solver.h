@@ -110,6 +110,11 @@ class ContactSolver {
   /// the last forces and converged = false. The contacts of Build() must not have changed.
   RelaxationResult Solve();
 
+  /// Keeps the problem as it is before Solve(), and returns to it: another one follows with the same
+  /// contacts and bodies.
+  void Keep();
+  void TakeBack();
+
   /// Returns the forces of sides(body), N.
   Vector ForcesOn(int body) const;
   /// Sets the forces on a body's rows and their slip.
@@ -182,7 +187,8 @@ class ContactSolver {
   WorkMatrix compliance_;         // kMaxEquations x kMaxEquations
   WorkMatrix relaxed_;            // the same after relaxation, without local compliance
   WorkMatrix active_compliance_;  // the same
-  Vector change_;
+  WorkMatrix kept_compliance_, kept_relaxed_;
+  Vector change_, kept_change_;
   Vector active_forces_;
   Vector loads_;  // E, m: displacements by the forces across the pairs
   Vector forces_;

@@ -37,10 +37,10 @@ TipCompliance::TipCompliance(int n)
       columns_(n),
       values_(n),
       response_(3 * n, 3 * kMaxRows),
-      tip_response_(3 * n, 3 * kMaxTips),
-      displacement_(Eigen::VectorXd::Zero(3 * n)),
+      tip_response_(3 * n, 3 * kMaxTips + 1),
       row_compliance_(3 * kMaxRows, 3 * kMaxRows),
-      compliance_(Small::Zero()) {}
+      compliance_(Small::Zero()),
+      forces_(3 * kMaxRows, 3 * kMaxTips + 1) {}
 
 void TipCompliance::Clear() {
   tip_count_ = 0;
@@ -151,19 +151,17 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
     share_ = (share_ * compliance_.topLeftCorner(tips, tips)).eval();
   }
 
-  tip_response_.leftCols(tips).noalias() = response_.leftCols(3 * row_count_) * share_;
-  lattice.AddOtherPart(share_, tip_response_.leftCols(tips));
-  displacement_.setZero();
-  forces_.resize(3 * row_count_);
+  auto forces = forces_.topLeftCorner(3 * row_count_, tips + 1);
+  forces.leftCols(tips) = share_;
   for (int t = 0; t < tip_count_; ++t) tips_[t] = {.owner = owners_[t]};
   for (int i = 0; i < row_count_; ++i) {
     const Row& row = rows_[i];
-    forces_.segment<3>(3 * i) = row.force_W;
-    displacement_.noalias() += response_.middleCols<3>(3 * i) * row.force_W;
+    forces.col(tips).segment<3>(3 * i) = row.force_W;
     tips_[row.tip].force_W += row.force_W;
     tips_[row.tip].x_W += share_.block<3, 3>(3 * i, 3 * row.tip).transpose() * row.x_W;
   }
-  lattice.AddOtherPart(forces_, displacement_);
+  tip_response_.leftCols(tips + 1).noalias() = response_.leftCols(3 * row_count_) * forces;
+  lattice.AddOtherPart(forces, tip_response_.leftCols(tips + 1));
   for (int i = 0; i < row_count_; ++i) {
     Tip& tip = tips_[rows_[i].tip];
     const Vector3d r_W = rows_[i].x_W - tip.x_W;
@@ -194,7 +192,7 @@ Matrix3d TipCompliance::Coupling(const SparseRow& b, int c) const {
 }
 
 Vector3d TipCompliance::Released(const SparseRow& b, const Vector3d& x_W) const {
-  return tip_count_ == 0 ? x_W : Vector3d(x_W - Product(b, displacement_));
+  return tip_count_ == 0 ? x_W : Vector3d(x_W - Product(b, tip_response_.col(3 * tip_count_)));
 }
 
 }  // namespace hpdm

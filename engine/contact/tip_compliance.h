@@ -128,12 +128,12 @@ class TipCompliance {
   std::vector<int> columns_;              // n: non-zero columns of the compressed row
   std::vector<double> values_;            // n
   WorkMatrix response_;                   // 3n x 3 rows: K^-1 b_i^T, in part (RespondInPart)
-  WorkMatrix tip_response_;               // 3n x 3 tips: the same for the condensed tips
-  Eigen::VectorXd displacement_;          // 3n: displacement by the tips' forces
-  WorkMatrix row_compliance_;             // 3 kMaxRows, square: C_rows in its corner
-  Stack share_;       // C_rows^-1 T C: the rows' forces for a unit force on each tip
-  Small compliance_;  // C
-  Eigen::Matrix<double, Eigen::Dynamic, 1, 0, 3 * kMaxRows> forces_;  // of the rows, N
+  // 3n x (3 tips + 1): the same for the condensed tips, and the displacement by the tips' forces
+  WorkMatrix tip_response_;
+  WorkMatrix row_compliance_;  // 3 kMaxRows, square: C_rows in its corner
+  Stack share_;                // C_rows^-1 T C: the rows' forces for a unit force on each tip
+  Small compliance_;           // C
+  WorkMatrix forces_;  // 3 kMaxRows x (3 kMaxTips + 1): share_, and the rows' present forces, N
 };
 
 }  // namespace hpdm

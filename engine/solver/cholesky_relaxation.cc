@@ -17,6 +17,7 @@ class CholeskyRelaxation final : public BodyRelaxation {
     return std::make_unique<CholeskyRelaxation>(*this);
   }
 
+  bool IsQuadratic() const override { return true; }
   void Begin(const RelaxationInput& input, const ContactConstraints& contacts) override {
     SetActiveFunctions(contacts.refinement);
     input_ = input;

@@ -1,5 +1,6 @@
 #include "engine/solver/contact_body.h"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -15,24 +16,33 @@ void RelaxTogether(std::span<BodyInStep> bodies, std::span<OrganContact> pairs,
     contacts[b] = bodies[b].contacts;
     bodies[b].body->Begin(bodies[b].input, *contacts[b]);
   }
+  // Quadratic bodies have the same part in all rounds, and move only once the links have settled.
+  const bool quadratic =
+      std::ranges::all_of(bodies, [](const BodyInStep& body) { return body.body->IsQuadratic(); });
   RelaxationResult solved;
-  for (bool settled = false; !settled;) {
-    solver->Build(std::span(contacts.data(), bodies.size()), pairs);
-    bool goes_on = true;
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
-      goes_on = bodies[b].body->Linearise(static_cast<int>(b), *contacts[b], solver) && goes_on;
+  bool goes_on = true;
+  for (bool first = true, settled = false; goes_on && !settled; first = false) {
+    if (first || !quadratic) {
+      solver->Build(std::span(contacts.data(), bodies.size()), pairs);
+      for (std::size_t b = 0; b < bodies.size(); ++b) {
+        goes_on = bodies[b].body->Linearise(static_cast<int>(b), *contacts[b], solver) && goes_on;
+      }
+      if (!goes_on) break;
+      if (quadratic && !links.empty()) solver->Keep();
+    } else {
+      solver->TakeBack();
     }
-    if (!goes_on) break;
     for (BodyLink* link : links) link->Linearise(bodies, solver);
     solved = solver->Solve();
     settled = true;
+    for (BodyLink* link : links) settled = link->Advance(*solver) && settled;
+    if (quadratic && !settled) continue;
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       solver->WriteForces(static_cast<int>(b), bodies[b].contacts);
       settled =
           bodies[b].body->Advance(static_cast<int>(b), *bodies[b].contacts, *solver) && settled;
     }
     solver->WriteForces(pairs);
-    for (BodyLink* link : links) settled = link->Advance(*solver) && settled;
   }
   for (BodyInStep& body : bodies) body.result = body.body->End(solved, body.U);
   for (BodyLink* link : links) link->End(bodies);

@@ -16,6 +16,9 @@ class ContactBody {
  public:
   virtual ~ContactBody() = default;
 
+  /// True if its part of the problem is the same in all rounds of a step.
+  virtual bool IsQuadratic() const { return false; }
+
   /// Starts a step. `contacts`: its rows, complete.
   virtual void Begin(const RelaxationInput& input, const ContactConstraints& contacts) = 0;
 
@@ -57,8 +60,8 @@ struct BodyInStep {
   RelaxationResult result = {};
 };
 
-/// Layers that join bodies of one problem (engine/attachment/attachment_link.h). The bodies' energies
-/// are quadratic. Deformation thread; allocates nothing.
+/// Layers that join bodies of one problem (engine/attachment/attachment_link.h). Deformation thread;
+/// allocates nothing.
 class BodyLink {
  public:
   virtual ~BodyLink() = default;
