@@ -33,6 +33,8 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
     now_.ducts.emplace_back(duct.model);
   }
   now_.taken_away.assign(joint_->layers().size(), 0);
+  AddLayers();  // also without layers: the ducts follow them
+  std::ranges::fill(changed_, 0);
   Refactor();
   if (joint_->sag().size() > 0) BearWeight();
 }

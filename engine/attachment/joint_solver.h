@@ -38,7 +38,7 @@ class JointSolver {
   /// Returns the room in its present size.
   Eigen::Ref<Eigen::MatrixXd> RoomOf(std::size_t layer);
   void TakeLayer(std::size_t layer);
-  /// Follows TakeLayer() of all layers.
+  /// Follows TakeLayer() of all layers; needed once without layers, too.
   void FactorLayers();
   /// Takes the ducts' stiffness. A duct under pressure can have a negative one: if the organs cannot
   /// hold it, that part is left out (DuctState::Stabilise).
