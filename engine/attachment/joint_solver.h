@@ -71,7 +71,6 @@ class JointSolver {
 
   void MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
                      Eigen::Index rows) const;
-
   void CondenseLayers();
   void BeginSolution(const Eigen::Ref<const FewColumns>& w_0) const;
   void EndSolution(Eigen::Ref<FewColumns> q) const;
@@ -80,15 +79,15 @@ class JointSolver {
   std::shared_ptr<const AttachmentJoint> joint_;
   Eigen::Index unknowns_, duct_unknowns_;  // 3r, and those of the ducts, which come last
   std::vector<Root> roots_;
-  Eigen::Index rank_ = 0;                             // columns of C
-  Eigen::MatrixXd factor_;                            // L in its corner
-  Eigen::MatrixXd duct_rows_;                         // rank x ducts: W^T
-  Eigen::MatrixXd duct_compliance_, duct_root_;       // S, and a root of it
-  Eigen::MatrixXd duct_stiffness_;                    // R_d
-  Eigen::PartialPivLU<Eigen::MatrixXd> duct_factor_;  // of 1 + S R_d
-  Eigen::MatrixXd duct_forces_;                       // T
-  WorkMatrixOf<RowMajorMatrix> product_;              // C^T G, then its transpose
-  WorkMatrixOf<RowMajorMatrix> transposed_;
+  Eigen::Index rank_ = 0;                                    // columns of C
+  Eigen::MatrixXd factor_;                                   // L in its corner
+  Eigen::MatrixXd duct_rows_;                                // rank x ducts: W^T
+  Eigen::MatrixXd duct_compliance_, duct_root_;              // S, and a root of it
+  Eigen::MatrixXd duct_stiffness_;                           // R_d
+  Eigen::PartialPivLU<Eigen::MatrixXd> duct_factor_;         // of 1 + S R_d
+  Eigen::MatrixXd duct_forces_;                              // T
+  WorkMatrixOf<RowMajorMatrix> product_;                     // C^T G
+  WorkMatrixOf<RowMajorMatrix> transposed_;                  // G C of the layers' modes
   mutable WorkMatrixOf<FewColumns> y_, w_, one_, q_, step_;  // scratch
   mutable Eigen::VectorXd moved_;                            // of the ducts' modes, scratch
   WorkMatrix duct_work_, duct_inner_;
