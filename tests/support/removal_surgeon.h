@@ -46,21 +46,14 @@ class RemovalSurgeon : public ScriptedHands {
     Step(20);
   }
   /// Burns a layer until a step of the exercise is done, from its border, and leaves it there. Pulled out
-  /// of the bed along its shaft the hook would push the gallbladder and tear the layer. Lowers the fundus
-  /// before the last fibres, which traction would tear.
+  /// of the bed along its shaft the hook would push the gallbladder and tear the layer.
   void Burn(Layer layer) {
     const std::size_t before = done();
-    bool approached = false, lowered = false;
+    bool approached = false;
     Vector3d border_W = tips_W_[kRight];
     for (int i = 0; i < 3000 && done() == before && !result().ended; ++i) {
       const Vector3d to_W = NextSample(layer);
       if (to_W.x() == kNoSample) break;
-      if (layer == kRest && !lowered && left_ <= kLastFibres) {
-        lowered = true;
-        session_.Press(kRight, false);
-        Lift(-0.010);
-        continue;
-      }
       if (!approached) {
         Approach(to_W);
         approached = true;
@@ -148,7 +141,7 @@ class RemovalSurgeon : public ScriptedHands {
       if (done() < before + 2) return done();
     }
     Exchange(kHook);
-    Lift(0.010);
+    Lift(0.004);
     Burn(kRest);
     BackOff();
     TakeOut();
@@ -169,7 +162,6 @@ class RemovalSurgeon : public ScriptedHands {
   static constexpr double kNoSample = 1, kOffLiver = 0.0015;  // m
   // Weight of a sample's distance from the hook beside that from the port, in the order of burning.
   static constexpr double kNearness = 0.3;
-  static constexpr int kLastFibres = 14;  // samples
 
   static int SegmentAt(const Rod& rod, double arc) {
     int i = 0;
@@ -198,9 +190,8 @@ class RemovalSurgeon : public ScriptedHands {
   }
   // Returns the place of the sample left that is nearest to the hook and its port; in the triangle that
   // which is farthest from the port, so that the hook is on its way out.
-  Vector3d NextSample(Layer wanted) {
+  Vector3d NextSample(Layer wanted) const {
     Vector3d next_W = Vector3d::Constant(kNoSample);
-    left_ = 0;
     double least = std::numeric_limits<double>::infinity();
     for (const AttachmentLink& link : session_.links()) {
       const AttachmentJoint& joint = link.joint();
@@ -209,7 +200,6 @@ class RemovalSurgeon : public ScriptedHands {
         if (layer.bed.index != wanted) continue;
         for (int i = 0; i < layer.bed.size(); ++i) {
           if (link.state().Left(l, i) == 0) continue;
-          ++left_;
           // The fibres from the gallbladder to the liver. The tip stays by the liver, off the thin wall.
           std::array<Vector3d, 2> ends_W;
           for (std::size_t side = 0; side < 2; ++side) {
@@ -230,8 +220,6 @@ class RemovalSurgeon : public ScriptedHands {
     }
     return next_W;
   }
-
-  int left_ = 0;  // samples of the layer that NextSample() saw
 };
 
 }  // namespace hpdm
