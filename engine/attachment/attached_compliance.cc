@@ -95,18 +95,21 @@ void AttachedCompliance::AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& f
 }
 
 void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
-  for (Eigen::Index c = 0; c < loads.cols(); ++c) {
-    auto load = loads.col(c);
-    auto w_0 = work_.half.col(0).head(unknowns_);
-    w_0.setZero();
-    for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
-      const double along = turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
-      if (along != 0) w_0 += along * member_.response.row(i).transpose();
-    }
+  for (Eigen::Index first = 0; first < loads.cols(); first += kFewColumns) {
+    auto group = loads.middleCols(first, std::min<Eigen::Index>(kFewColumns, loads.cols() - first));
     work_.few_w.setZero();
-    work_.few_w.col(0).head(unknowns_) = w_0;
-    free_.SolveLoads(load);
-    TakeLayers(load);
+    for (Eigen::Index c = 0; c < group.cols(); ++c) {
+      const auto load = group.col(c);
+      auto w_0 = work_.half.col(0).head(unknowns_);
+      w_0.setZero();
+      for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
+        const double along = turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
+        if (along != 0) w_0 += along * member_.response.row(i).transpose();
+      }
+      work_.few_w.col(c).head(unknowns_) = w_0;
+    }
+    free_.SolveLoads(group);
+    TakeLayers(group);
   }
 }
 

@@ -214,8 +214,7 @@ void AttachmentJoint::Respond() {
     AddFreeMotion(m, &lasting);
   }
   lasting_ = std::move(lasting);
-  const Eigen::Index padded = (G.cols() + kFewColumns - 1) / kFewColumns * kFewColumns;
-  compliance_ = RowMajorMatrix::Zero(G.rows(), padded);
+  compliance_ = RowMajorMatrix::Zero(G.rows(), FullGroups(G.cols()));
   compliance_.leftCols(G.cols()) = (G + G.transpose()) / 2;
 }
 

@@ -14,9 +14,6 @@ using Eigen::Index;
 // Diagonal entries that count as zero, over the largest.
 constexpr double kNothing = 1e-14;
 
-// Room for full groups of columns.
-Index Padded(Index columns) { return (columns + kFewColumns - 1) / kFewColumns * kFewColumns; }
-
 // Finds C with A = C C^T for a positive semi-definite A, whose lower triangle is read. The largest diagonal
 // entry of what is left comes next, so what is left out in the end is as small as these entries: a free
 // organ can be 1e7 times softer than its layer. Returns the number of C's columns. `rest`: scratch.
@@ -59,15 +56,15 @@ JointSolver::JointSolver(std::shared_ptr<const AttachmentJoint> joint)
       unknowns_(3 * joint_->modes()),
       duct_unknowns_(joint_->ducts().empty() ? 0 : unknowns_ - 3 * joint_->ducts()[0].first_mode),
       roots_(joint_->layers().size()),
-      factor_(Padded(unknowns_ - duct_unknowns_), unknowns_ - duct_unknowns_),
+      factor_(FullGroups(unknowns_ - duct_unknowns_), unknowns_ - duct_unknowns_),
       duct_rows_(unknowns_ - duct_unknowns_, duct_unknowns_),
       duct_compliance_(duct_unknowns_, duct_unknowns_),
       duct_root_(duct_compliance_),
       duct_stiffness_(duct_compliance_),
       duct_factor_(duct_unknowns_),
       duct_forces_(Eigen::MatrixXd::Zero(duct_unknowns_, duct_unknowns_)),
-      product_(unknowns_ - duct_unknowns_, Padded(unknowns_) + kFewColumns),
-      transposed_(unknowns_, Padded(unknowns_ - duct_unknowns_)),
+      product_(unknowns_ - duct_unknowns_, FullGroups(unknowns_) + kFewColumns),
+      transposed_(unknowns_, FullGroups(unknowns_ - duct_unknowns_)),
       y_(unknowns_, kFewColumns),
       w_(unknowns_, kFewColumns),
       one_(w_),
@@ -158,7 +155,7 @@ void JointSolver::FactorLayers() {
   }
   const Index layers = unknowns_ - duct_unknowns_;
   transposed_.topLeftCorner(layers, rank_) = product_.topLeftCorner(rank_, layers).transpose();
-  transposed_.block(0, rank_, layers, Padded(rank_) - rank_).setZero();
+  transposed_.block(0, rank_, layers, FullGroups(rank_) - rank_).setZero();
   // The rows of the symmetric B are written as columns of its lower triangle.
   for (Index column = 0; column < rank_; column += kFewColumns) {
     Eigen::Map<FewColumns, 0, Eigen::OuterStride<>> rows(
@@ -291,10 +288,11 @@ void JointSolver::FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q,
   one_.setZero();
   one_.col(0) = w_0;
   BeginSolution(one_);
-  w->head(duct_unknowns_) = w_.col(0).head(duct_unknowns_);
-  moved_ = duct_factor_.solve(w->head(duct_unknowns_));
   q_.setZero();
-  q_.col(0).tail(duct_unknowns_) = duct_stiffness_.lazyProduct(moved_);
+  if (duct_unknowns_ > 0) {
+    moved_ = duct_factor_.solve(w_.col(0).head(duct_unknowns_));
+    q_.col(0).tail(duct_unknowns_) = duct_stiffness_.lazyProduct(moved_);
+  }
   EndSolution(q_);
   auto z = y_.topRows(rank_), error = step_.topRows(rank_);
   *q = q_.col(0);

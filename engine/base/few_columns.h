@@ -9,6 +9,10 @@ namespace hpdm {
 /// Eight columns, stored row by row: one vector of the widest processors for each row.
 using FewColumns = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
 constexpr int kFewColumns = FewColumns::ColsAtCompileTime;
+/// Returns the columns of the full groups of kFewColumns that hold `columns`.
+constexpr Eigen::Index FullGroups(Eigen::Index columns) {
+  return (columns + kFewColumns - 1) / kFewColumns * kFewColumns;
+}
 using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
 /// Products and solutions with dense matrices for a few columns at once, so that a large matrix passes
