@@ -42,7 +42,8 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   if (free_ >= options_.released) {
     energy_ = largest_ = 0;
     held_ = false;
-    share_ = 1;
+    share_ = end_share_ = 1;
+    end_left_.reset();
   }
   if (jumps) {
     for (Tool& tool : tools_) tool.moved_W.setZero();
@@ -51,10 +52,16 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   }
   largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
   if (!options_.control || held_) return share_ = 1;
-  if (!(tissue > 0)) return share_;
-  const double covered = std::clamp((energy_ + options_.reserve - walls) / tissue, 0.0, 1.0);
+  const double left = energy_ + options_.reserve - walls;
+  if (!(tissue > 0)) {
+    if (!end_left_) end_left_ = left;
+    const double given = (*end_left_ - left) / std::max(*end_left_, options_.reserve);
+    return share_ = end_share_ * std::clamp(1 - given, 0.0, 1.0);
+  }
+  const double covered = std::clamp(left / tissue, 0.0, 1.0);
   const double given_back = std::min(1.0, kSteep * (1 - tissue / largest_));
-  return share_ = 1 - (1 - covered) * given_back;
+  end_left_.reset();
+  return share_ = end_share_ = 1 - (1 - covered) * given_back;
 }
 
 void EnergyTank::Observe(std::span<const Vector3d> forces_W) noexcept {

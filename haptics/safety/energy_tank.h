@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <span>
 
 #include "engine/snapshots.h"
@@ -29,7 +30,7 @@ struct EnergyTankOptions {
 ///        share = 1 - (1 - (E - U_walls) / U) min(1, 8 (1 - U / U_max)).
 ///    So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
 ///    out it changes without a step, and springs that store E are left at its end. A force that fades out
-///    after its contact keeps the last share.
+///    after its contact stores nothing: its share falls with what is left of E.
 /// 4. Where a tip jumps, the tank starts with what the springs store there.
 /// 5. A contact in which jaws hold is not limited, until all tools are free: jaws do work themselves.
 ///
@@ -70,7 +71,10 @@ class EnergyTank {
   bool held_ = false;  // jaws hold, or did in this contact
   double free_ = 0;    // s
   double energy_ = 0, largest_ = 0;
-  double share_ = 1;  // of the last tick
+  double share_ = 1;      // of the last tick
+  double end_share_ = 1;  // while tissue last stored energy
+  std::optional<double>
+      end_left_;  // E less the walls' energy in the first tick without; none before it
 };
 
 }  // namespace hpdm

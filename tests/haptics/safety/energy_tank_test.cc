@@ -130,22 +130,51 @@ TEST(EnergyTank, ChangesTheForceWithoutAStep) {
   EXPECT_LT(largest, 0.01 * 2 * kSpring * kPressed);
 }
 
-TEST(EnergyTank, KeepsItsShareOfAForceThatFadesOut) {
+// A force that fades out after its contact: it stores nothing, and the tip moves on.
+struct Fade {
+  // One tick with the tip `way` m beyond the end of the contact. Returns the share.
+  double Tick(double way, double force) {
+    const EnergyTank::Press press{.p_tip_W = {0, 0, way}, .reaction_W = {0, 0, force}};
+    const double share = springs.tank.Limit(std::array{press});
+    springs.tank.Observe(std::array{Vector3d(share * press.reaction_W)});
+    work -= 0.5 * (share * force + springs.last_forces_W[0].z()) * (way - last);
+    springs.last_forces_W[0].z() = share * force;
+    last = way;
+    return share;
+  }
+
+  Springs& springs;
+  double last = 0, work = 0;  // m, J of the hand
+};
+
+TEST(EnergyTank, KeepsItsShareOfAForceThatFadesOutWhereTheTipRests) {
   Springs springs;
   springs.Move(0, kPressed, kSpring);
   springs.Move(kPressed, 0.3 * kPressed, 2 * kSpring);
   const double last = springs.share;
   EXPECT_LT(last, 0.9);
-  const auto fade = [&springs](double z) {
-    const Vector3d force_W(0, 0, 0.1);
-    const double share = springs.tank.Limit(
-        std::array{EnergyTank::Press{.p_tip_W = {0, 0, z}, .reaction_W = force_W}});
-    springs.tank.Observe(std::array{Vector3d(share * force_W)});
-    return share;
-  };
-  for (int i = 0; i < 90; ++i) EXPECT_EQ(fade(1e-4 * i), last);
-  for (int i = 90; i < 120; ++i) fade(1e-4 * i);
-  EXPECT_EQ(fade(0.012), 1) << "all tools have been free for long";
+  Fade fade{springs, -0.3 * kPressed};
+  for (int i = 0; i < 90; ++i) EXPECT_NEAR(fade.Tick(-0.3 * kPressed, 0.1), last, 1e-12);
+  for (int i = 90; i < 120; ++i) fade.Tick(-0.3 * kPressed, 0.1);
+  EXPECT_EQ(fade.Tick(-0.3 * kPressed, 0.1), 1) << "all tools have been free for long";
+}
+
+TEST(EnergyTank, GivesNoMoreThanIsLeftWhileAForceFadesOut) {
+  for (const double left : {0.2, 0.02, 0.0}) {
+    Springs springs;
+    springs.Move(0, kPressed, kSpring);
+    springs.Move(kPressed, 0, (1 - left) * kSpring);
+    EXPECT_EQ(springs.share, 1) << left;
+    Fade fade{springs};
+    double last = 1;
+    for (int i = 1; i < 90; ++i) {
+      const double share = fade.Tick(1e-4 * i, 0.5);
+      EXPECT_LE(share, last + 1e-12) << "only falls: " << left;
+      last = share;
+    }
+    EXPECT_LE(fade.work, -0.7 * left * kStored) << left;
+    EXPECT_GT(springs.work + fade.work, -0.01 * kStored - 2e-6) << left;
+  }
 }
 
 TEST(EnergyTank, LetsOneHandHaveWhatAnotherPutIn) {
