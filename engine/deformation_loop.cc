@@ -15,6 +15,8 @@ namespace {
 
 // m. A tool that never had a pose is placed this far from any organ.
 constexpr double kFarAway = 1e3;
+// m: smoke within it of a suction tube's tip is taken.
+constexpr double kSuctionReach = 0.025;
 
 bool IsFinite(const ToolPose& tool) {
   return tool.X_WT.matrix().allFinite() && tool.X_TC.matrix().allFinite() &&
@@ -47,6 +49,10 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
   organs_.reserve(organs.size());
   for (const OrganModel& model : organs) {
     organs_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
+  }
+  for (const ToolOptions& tool : tools) {
+    std::vector<ToolAction>& actions = actions_.emplace_back();
+    for (const ToolGeometry& geometry : tool.geometries) actions.push_back(geometry.action);
   }
   for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
   Eigen::Index columns = 0;
@@ -150,7 +156,7 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   sample_.layer_work =
       layer_actions_.Apply(tools, jaw_closings_, dt, organs_, joint_relaxation_.links());
   wall_actions_.Apply(tools, jaw_closings_, dt, sample_.contacts, sample_.layer_work, &organs_);
-  AddSmoke(tools);
+  MoveSmoke(tools);
   Deform(dt);
   BuildContactPatch(tools);
   record_.compute_ns = stopwatch_ ? stopwatch_() - started : 0;
@@ -220,14 +226,24 @@ void DeformationLoop::Collide(const ToolState& tools) {
   if (!organ_contacts_.AddRows(&organs_)) record_.flags |= kStepContactsDropped;
 }
 
-// Adds smoke where an energised hook heats a layer, or pressed an organ in the last step.
-void DeformationLoop::AddSmoke(const ToolState& tools) {
+// True if the tool's pedal is pressed and makes it act so.
+bool DeformationLoop::Acts(std::size_t tool, const ToolPose& pose, ToolAction action) const {
+  return pose.pedal && actions_[tool][ToSize(pose.instrument_index)] == action;
+}
+
+// Adds smoke where an energised hook heats a layer, or pressed an organ in the last step. Suction takes it.
+void DeformationLoop::MoveSmoke(const ToolState& tools) {
   for (std::size_t t = 0; t < ToSize(tools.tool_count); ++t) {
     const ToolPose& pose = tools.tools[t];
     const bool heats = sample_.layer_work[t].burning > 0 ||
                        sample_.contacts[t].force_on_tissue_W.squaredNorm() > 0;
-    if (!heats || !layer_actions_.IsEnergised(t, pose)) continue;
-    smoke_.Add({.p_W = pose.X_WT.translation(), .time_ns = record_.time_ns});
+    if (heats && Acts(t, pose, ToolAction::kBurn)) {
+      smoke_.Add({.p_W = pose.X_WT.translation(), .time_ns = record_.time_ns});
+    }
+  }
+  for (std::size_t t = 0; t < ToSize(tools.tool_count); ++t) {
+    const ToolPose& pose = tools.tools[t];
+    if (Acts(t, pose, ToolAction::kSuck)) smoke_.Take(pose.X_WT.translation(), kSuctionReach);
   }
 }
 
@@ -401,6 +417,10 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   scene->contacts = sample_.contacts;
   scene->beside = sample_.beside;
   scene->smoke = smoke_;
+  for (std::size_t t = 0; t < ToSize(tools.tool_count); ++t) {
+    scene->burns[t] = Acts(t, tools.tools[t], ToolAction::kBurn);
+    scene->sucks[t] = Acts(t, tools.tools[t], ToolAction::kSuck);
+  }
   for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].FillSnapshot(&scene->organs[o]);
   for (const AttachmentLink& link : links()) {
     for (const DuctState& duct : link.state().ducts()) {

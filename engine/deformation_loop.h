@@ -95,7 +95,8 @@ class DeformationLoop {
   void Deform(double dt);
   void LetGo();
   void BuildContactPatch(const ToolState& tools);
-  void AddSmoke(const ToolState& tools);
+  bool Acts(std::size_t tool, const ToolPose& pose, ToolAction action) const;
+  void MoveSmoke(const ToolState& tools);
   void ObserveLoad();
   void FillSample(const ToolState& tools);
   void FillTensions();
@@ -117,6 +118,7 @@ class DeformationLoop {
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;
+  std::vector<std::vector<ToolAction>> actions_;  // [tool][ToolPose::instrument_index]
   Smoke smoke_;
   ToolState tools_;  // last step's tools, all finite
   StepRecord record_;

@@ -176,6 +176,8 @@ struct SceneSnapshot {
   std::array<ToolPose, kMaxInstruments> tools;          ///< As the step used them.
   std::array<SolvedContact, kMaxInstruments> contacts;  ///< In the world, offset included.
   std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
+  std::array<bool, kMaxInstruments> burns{};            ///< A hook whose pedal is pressed.
+  std::array<bool, kMaxInstruments> sucks{};            ///< A suction tube whose pedal is pressed.
 };
 
 /// Outcome of one organ's relaxation.

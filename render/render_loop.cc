@@ -194,14 +194,28 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
   shown.recording &= !options_.frame_folder.empty() && edges_.settings != nullptr;
   if (edges_.marks != nullptr) edges_.marks->Update();
   if (snapshot.step.time_ns > notice_end_ns_) screenshot_notice_.clear();
-  return MakeStatusText(
-      {shown, health, snapshot, frame_rate_.hz(), error_scale, options_.limits, scope_.X_WC(),
-       screenshot_notice_, edges_.marks != nullptr ? &edges_.marks->Front() : nullptr},
-      options_.names);
+  Status status{shown,
+                health,
+                snapshot,
+                frame_rate_.hz(),
+                error_scale,
+                options_.limits,
+                scope_.X_WC(),
+                screenshot_notice_,
+                edges_.marks != nullptr ? &edges_.marks->Front() : nullptr};
+  status.aspect = static_cast<double>(scope_.width()) / scope_.height();
+  for (std::size_t t = 0; t < ToSize(snapshot.tool_count); ++t) {
+    const Vector3d p = scope_.Project(snapshot.tools[t].X_WT.translation());
+    if (!p.allFinite() || p.z() <= 0) continue;
+    status.tips[t] = Eigen::Vector2d(p.x() / scope_.width(), p.y() / scope_.height());
+  }
+  return MakeStatusText(status, options_.names);
 }
 
 // Throws MachineError if the text cannot be drawn in a new size.
 void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
+  burns_.store(std::ranges::find(snapshot.burns, true) != snapshot.burns.end(),
+               std::memory_order_relaxed);
   std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
     drawing_->target.Bind();

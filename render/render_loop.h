@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -143,6 +144,8 @@ class RenderLoop {
   std::uint64_t frames_written() const { return sink_ ? sink_->written() : 0; }
   std::uint64_t screenshots_written() const { return screenshots_written_; }
   const Laparoscope& scope() const { return scope_; }
+  /// True if a hook's pedal is pressed in the newest picture. Any thread.
+  bool burns() const { return burns_.load(std::memory_order_relaxed); }
 
   /// One line: the reason why drawing ended, or else file_failure(). Empty without a failure.
   const std::string& failure() const;
@@ -178,6 +181,7 @@ class RenderLoop {
   Image deepest_image_;
   double deepest_press_ = 0;
   std::uint64_t last_number_ = 0;
+  std::atomic<bool> burns_ = false;
   std::uint64_t screenshots_asked_ = 0;  // requests handled, with success or not
   std::uint64_t screenshots_written_ = 0;
   std::string screenshot_notice_;

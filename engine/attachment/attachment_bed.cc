@@ -25,6 +25,8 @@ constexpr double kFacing = -0.5;
 constexpr double kOpposite = 0.7;
 // Surfaces nearer than this share of the reach touch: their way has no direction.
 constexpr double kTouching = 1e-3;
+// m: the least way that a leaf spans.
+constexpr double kLeastSpan = 0.0005;
 
 std::string AttachmentTitle(const AttachmentOptions& attachment) {
   return "[[attachment]] of organs \"" + attachment.a + "\" and \"" + attachment.b + "\": ";
@@ -37,12 +39,7 @@ std::string BedText(const char* format, Values... values) {
   return text;
 }
 
-// Facing points of the two surfaces.
-struct Facing {
-  SurfacePoint on_a, on_b;
-  Vector3d a_W, b_W, normal_W;
-  double area = 0;
-};
+using Facing = AttachmentBed::Facing;
 
 Vector3d FaceNormal(const OrganModel& organ, const SurfacePoint& at) {
   const auto corner = [&](int k) -> Vector3d {
@@ -109,6 +106,22 @@ void RefuseSupports(const AttachmentOptions& attachment, const OrganModel& organ
   }
 }
 
+double LengthOf(const std::vector<Vector3d>& path) {
+  double length = 0;
+  for (std::size_t i = 1; i < path.size(); ++i) length += (path[i] - path[i - 1]).norm();
+  return length;
+}
+
+// Returns the point of a path at a way (m) from its start.
+Vector3d AlongPath(const std::vector<Vector3d>& path, double way) {
+  for (std::size_t i = 1; i < path.size(); ++i) {
+    const double length = (path[i] - path[i - 1]).norm();
+    if (way < length) return path[i - 1] + way / length * (path[i] - path[i - 1]);
+    way -= length;
+  }
+  return path.back();
+}
+
 // Groups the points by the cells of a grid of width `side` on a's surface, in the order of the grid.
 std::vector<std::vector<std::size_t>> Grouped(const std::vector<Facing>& facing, double side) {
   std::map<std::array<long, 3>, std::vector<std::size_t>> groups;
@@ -127,40 +140,122 @@ std::vector<std::vector<std::size_t>> Grouped(const std::vector<Facing>& facing,
 AttachmentBed::AttachmentBed(const AttachmentOptions& attachment, const OrganModel& a,
                              const OrganModel& b, int number)
     : options(attachment), index(number), law(attachment) {
+  if (attachment.IsLeaf()) {
+    SampleLeaf(a, b);
+  } else {
+    SampleLayer(a, b);
+  }
+}
+
+void AttachmentBed::SampleLayer(const OrganModel& a, const OrganModel& b) {
   const SurfaceTree tree_b(b.rest().vertices, b.rest().triangles);
   const double cell = CellArea(a, b);
   std::vector<Facing> facing;
   try {
-    facing = FacingPoints(attachment, a, b, tree_b, std::sqrt(cell) / 4);
+    facing = FacingPoints(options, a, b, tree_b, std::sqrt(cell) / 4);
   } catch (const InputError&) {  // the region holds no surface
   }
   const double area = AreaOf(facing);
   if (facing.empty()) {
     throw InputError(
-        AttachmentTitle(attachment) +
+        AttachmentTitle(options) +
         BedText("the surface of \"%s\" in its region has none of \"%s\" within %.3g mm "
                 "opposite; move the region or give a larger reach",
-                attachment.a.c_str(), attachment.b.c_str(), 1000 * attachment.reach));
+                options.a.c_str(), options.b.c_str(), 1000 * options.reach));
   }
   if (area < cell) {
-    throw InputError(AttachmentTitle(attachment) +
+    throw InputError(AttachmentTitle(options) +
                      BedText("its bed of %.3g mm^2 meets less than one function of the lattices, "
                              "%.3g mm^2; give a larger region or more cells",
                              1e6 * area, 1e6 * cell));
   }
   double side = std::max(kLeastSide, std::sqrt(area / kWantedSamples));
-  facing = FacingPoints(attachment, a, b, tree_b, side / 3);
-  RefuseSupports(attachment, a, facing, true);
-  RefuseSupports(attachment, b, facing, false);
+  facing = FacingPoints(options, a, b, tree_b, side / 3);
+  RefuseSupports(options, a, facing, true);
+  RefuseSupports(options, b, facing, false);
   std::vector<std::vector<std::size_t>> groups = Grouped(facing, side);
   while (groups.size() > kMaxSamples) groups = Grouped(facing, side *= 1.1);
+  TakeGroups(facing, groups, {&a, &b});
+}
 
+// Cuts the leaf into strips of equal width and takes each as two facing points.
+void AttachmentBed::SampleLeaf(const OrganModel& a, const OrganModel& b) {
+  const std::array<const OrganModel*, 2> organs{&a, &b};
+  std::array<double, 2> lengths;
+  for (std::size_t side = 0; side < 2; ++side) lengths[side] = LengthOf(options.paths_W[side]);
+  width = (lengths[0] + lengths[1]) / 2;
+  const int count = std::clamp(static_cast<int>(width / kLeastSide), 1, kMaxSamples);
+  width /= count;
+  std::vector<Facing> strips(ToSize(count));
+  std::vector<std::vector<std::size_t>> groups;
+  for (std::size_t side = 0; side < 2; ++side) {
+    const OrganModel& organ = *organs[side];
+    const SurfaceTree tree(organ.rest().vertices, organ.rest().triangles);
+    for (int i = 0; i < count; ++i) {
+      const Vector3d p_W = AlongPath(options.paths_W[side], lengths[side] * (i + 0.5) / count);
+      const SurfaceHit hit = tree.Closest(p_W, options.reach);
+      if (hit.at.triangle < 0) {
+        throw InputError(
+            AttachmentTitle(options) +
+            BedText("path_%c at [%.3f, %.3f, %.3f] is farther than %.3g mm from the surface "
+                    "of \"%s\"; move it or give a larger reach",
+                    side == 0 ? 'a' : 'b', p_W.x(), p_W.y(), p_W.z(), 1000 * options.reach,
+                    organ.options().name.c_str()));
+      }
+      Facing& strip = strips[ToSize(i)];
+      (side == 0 ? strip.on_a : strip.on_b) = hit.at;
+      (side == 0 ? strip.a_W : strip.b_W) =
+          hit.at.Position(organ.rest().vertices, organ.rest().triangles);
+    }
+  }
+  double area = 0;
+  for (std::size_t i = 0; i < strips.size(); ++i) {
+    Facing& strip = strips[i];
+    const Vector3d way_W = strip.b_W - strip.a_W;
+    if (way_W.norm() < kLeastSpan) {
+      throw InputError(
+          AttachmentTitle(options) +
+          BedText("the leaf spans less than %.3g mm at [%.3f, %.3f, %.3f]; move its paths "
+                  "apart or give a region: the surfaces touch there",
+                  1000 * kLeastSpan, strip.a_W.x(), strip.a_W.y(), strip.a_W.z()));
+    }
+    strip.normal_W = way_W.normalized();
+    strip.area = width * way_W.norm();
+    area += strip.area;
+    groups.push_back({i});
+  }
+  const double length = area / (width * count);
+  if (!(options.toughness > LeastToughness(options, length))) {
+    throw InputError(
+        AttachmentTitle(options) +
+        BedText("toughness is not above strength^2 length / (2 young) = %.3g J/m^2 for a "
+                "leaf that spans %.3g mm; give a larger one, or a lower strength",
+                LeastToughness(options, length), 1000 * length));
+  }
+  law = CohesiveLaw(options, length);
+  RefuseSupports(options, a, strips, true);
+  RefuseSupports(options, b, strips, false);
+  TakeGroups(strips, groups, organs);
+  edges_W = Points::Zero(count, 3);
+  for (int i = 0; i < count; ++i) {
+    const int last = std::min(i + 1, count - 1), first = std::max(i - 1, 0);
+    const Vector3d along_W = (points_W[0].row(last) + points_W[1].row(last) -
+                              points_W[0].row(first) - points_W[1].row(first))
+                                 .transpose();
+    const Vector3d normal_W = normals_W.row(i), edge_W = along_W - normal_W.dot(along_W) * normal_W;
+    edges_W.row(i) = edge_W.norm() > 0 ? edge_W.normalized() : normal_W.unitOrthogonal();
+  }
+}
+
+// Makes one sample of each group of facing points.
+void AttachmentBed::TakeGroups(const std::vector<Facing>& facing,
+                               const std::vector<std::vector<std::size_t>>& groups,
+                               const std::array<const OrganModel*, 2>& organs) {
   const auto count = static_cast<Eigen::Index>(groups.size());
   points_W = {Points::Zero(count, 3), Points::Zero(count, 3)};
   normals_W = Points::Zero(count, 3);
   areas = Eigen::VectorXd::Zero(count);
   std::array<std::vector<Eigen::Triplet<double>>, 2> entries;
-  const std::array<const OrganModel*, 2> organs{&a, &b};
   for (Eigen::Index i = 0; i < count; ++i) {
     const auto& group = groups[static_cast<std::size_t>(i)];
     for (const std::size_t p : group) {
@@ -204,7 +299,7 @@ void RefuseSharedSurface(const AttachmentBed& first, const AttachmentBed& second
         const Vector3d p_W = first.points_W[f].row(i);
         for (int j = 0; j < second.size(); ++j) {
           const double distance = (second.points_W[s].row(j).transpose() - p_W).norm();
-          if (distance > std::sqrt(std::min(first.areas[i], second.areas[j])) / 2) continue;
+          if (distance > std::sqrt(std::min(first.Footprint(i), second.Footprint(j))) / 2) continue;
           throw InputError(
               AttachmentTitle(second.options) +
               BedText(

@@ -117,8 +117,10 @@ void AttachmentJoint::AddLayer(AttachmentBed bed, const std::array<Organ, 2>& or
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(
       rows * MeanCompliance(touched, organs) * rows.transpose());
   const Eigen::VectorXd& ratios = solver.eigenvalues();  // ascending
+  // Below organs that are much stiffer than it the layer still has all of its shapes.
+  const double least = kLeastRatio * std::min(1.0, ratios[ratios.size() - 1]);
   Eigen::Index dropped = 0;
-  while (dropped + 1 < ratios.size() && !(ratios[dropped] > kLeastRatio)) ++dropped;
+  while (dropped + 1 < ratios.size() && !(ratios[dropped] > least)) ++dropped;
   const Eigen::MatrixXd kept = solver.eigenvectors().rightCols(ratios.size() - dropped);
   const Eigen::Index first = modes_, count = kept.cols();
   AddModes(count);

@@ -14,6 +14,12 @@ namespace {
 // A change of damage that does not change a step's forces.
 constexpr double kSettled = 1e-4;
 
+// Returns a sample's stiffness, Pa/m.
+Matrix3d StiffnessOf(const AttachmentBed& bed, int sample, double damage, bool closed) {
+  return bed.law.Alike(damage) * Matrix3d::Identity() +
+         bed.law.BesideAlike(damage, closed, bed.normals_W.row(sample));
+}
+
 }  // namespace
 
 AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
@@ -56,7 +62,9 @@ void AttachmentState::BearWeight() {
     for (int i = 0; i < bed.size(); ++i, ++at) {
       const Vector3d delta = DisplacementOf(layer, i, w);
       borne_.row(at) = delta.transpose();
-      const double traction = bed.law.stiffness * bed.law.Effective(delta, bed.normals_W.row(i));
+      // A leaf's strength is that of its cross-section.
+      const double traction =
+          bed.options.strength * bed.law.Effective(delta, bed.normals_W.row(i)) / bed.law.onset;
       if (traction <= bed.options.strength) continue;
       char text[240];
       const auto p_W = bed.points_W[0].row(i);
@@ -135,13 +143,13 @@ void AttachmentState::AddLayers() {
     const AttachmentJoint::Layer& layer = joint_->layers()[l];
     for (int i = 0; i < layer.bed.size() && borne_.rows() > 0; ++i) {
       const auto sample = static_cast<Eigen::Index>(first) + i;
-      const double d = now_.damage[ToSize(sample)];
-      if (d == 0) continue;
-      Vector3d lost = d * layer.bed.areas[i] * layer.bed.law.stiffness * borne_.row(sample);
-      if (now_.closed[ToSize(sample)] != 0) {
-        const Vector3d n = layer.bed.normals_W.row(i);
-        lost -= n.dot(lost) * n;
-      }
+      const Vector3d borne = borne_.row(sample);
+      const Vector3d lost = layer.bed.areas[i] *
+                            (StiffnessOf(layer.bed, i, 0, false) -
+                             StiffnessOf(layer.bed, i, now_.damage[ToSize(sample)],
+                                         now_.closed[ToSize(sample)] != 0)) *
+                            borne;
+      if (lost.isZero(0)) continue;
       for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
         constant_.segment<3>(3 * (layer.first_mode + j)) -= layer.samples(j, i) * lost;
       }
@@ -151,8 +159,8 @@ void AttachmentState::AddLayers() {
   solver_.FactorLayers();
 }
 
-// Fills a layer's block of R. Samples respond alike along all axes, unless they are damaged and closed:
-// these carry pressure alone.
+// Fills a layer's block of R. Samples respond alike along all axes, unless they are damaged and closed,
+// which carry pressure alone, or those of a leaf.
 void AttachmentState::FillStiffness(std::size_t l, std::size_t first_sample) {
   const AttachmentJoint::Layer& layer = joint_->layers()[l];
   const auto damage = std::span(now_.damage).subspan(first_sample, ToSize(layer.bed.size()));
@@ -160,23 +168,24 @@ void AttachmentState::FillStiffness(std::size_t l, std::size_t first_sample) {
   const Eigen::Index s = layer.samples.rows();
   auto sum = solver_.RoomFor(l);
   for (int i = 0; i < layer.bed.size(); ++i) {
-    const double rest = layer.bed.areas[i] * layer.bed.law.stiffness * (1 - damage[ToSize(i)]);
-    if (rest == 0) continue;
+    const double alike = layer.bed.areas[i] * layer.bed.law.Alike(damage[ToSize(i)]);
+    if (alike == 0) continue;
     const auto m = layer.samples.col(i);
-    for (Eigen::Index c = 0; c < s; ++c) sum.col(c).tail(s - c) += rest * m[c] * m.tail(s - c);
+    for (Eigen::Index c = 0; c < s; ++c) sum.col(c).tail(s - c) += alike * m[c] * m.tail(s - c);
   }
   bool spread = false;
   for (int i = 0; i < layer.bed.size(); ++i) {
-    if (closed[ToSize(i)] == 0 || damage[ToSize(i)] == 0) continue;
+    const CohesiveLaw& law = layer.bed.law;
+    const bool is_closed = closed[ToSize(i)] != 0;
+    if (!law.HasBeside(damage[ToSize(i)], is_closed)) continue;
     if (!spread) solver_.SpreadOverAxes(l);
     spread = true;
-    const Vector3d n = layer.bed.normals_W.row(i);
-    const double pressed = layer.bed.areas[i] * layer.bed.law.stiffness * damage[ToSize(i)];
-    const Matrix3d along = pressed * n * n.transpose();
+    const Matrix3d beside = layer.bed.areas[i] * law.BesideAlike(damage[ToSize(i)], is_closed,
+                                                                 layer.bed.normals_W.row(i));
     auto block = solver_.RoomOf(l);
     const auto m = layer.samples.col(i);
     for (Eigen::Index c = 0; c < s; ++c) {
-      for (Eigen::Index r = c; r < s; ++r) block.block<3, 3>(3 * r, 3 * c) += m[c] * m[r] * along;
+      for (Eigen::Index r = c; r < s; ++r) block.block<3, 3>(3 * r, 3 * c) += m[c] * m[r] * beside;
     }
   }
   solver_.TakeLayer(l);
@@ -219,7 +228,7 @@ bool AttachmentState::Update(const Eigen::VectorXd& w) {
       const char closed = law.Closed(delta, normal) ? 1 : 0;
       if (closed == now_.closed[at]) continue;
       now_.closed[at] = closed;
-      if (now_.damage[at] == 0) continue;
+      if (!law.HasBeside(now_.damage[at], true) && !law.HasBeside(now_.damage[at], false)) continue;
       settled = false;
       changed_[l] = 1;
     }
@@ -251,11 +260,9 @@ void AttachmentState::Report(const Eigen::VectorXd& w,
     AttachmentOutcome& outcome = outcomes[l];
     outcome = {};
     for (int i = 0; i < layer.bed.size(); ++i, ++at) {
-      const double area = layer.bed.areas[i], d = now_.damage[at], k = layer.bed.law.stiffness;
+      const double area = layer.bed.areas[i], d = now_.damage[at];
       const Vector3d delta = DisplacementOf(layer, i, w) + BorneBy(at);
-      const Vector3d n = layer.bed.normals_W.row(i);
-      outcome.load_W -= area * (1 - d) * k * delta;
-      if (now_.closed[at] != 0) outcome.load_W -= area * d * k * n.dot(delta) * n;
+      outcome.load_W -= area * StiffnessOf(layer.bed, i, d, now_.closed[at] != 0) * delta;
       outcome.largest_damage = std::max(outcome.largest_damage, d);
       outcome.dissipated += area * layer.bed.law.Dissipated(now_.torn[at]);
       if (d < 1) continue;

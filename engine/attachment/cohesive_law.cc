@@ -11,14 +11,27 @@ CohesiveLaw::CohesiveLaw(const AttachmentOptions& attachment)
       final(2 * attachment.toughness / attachment.strength),
       toughness(attachment.toughness) {}
 
+CohesiveLaw::CohesiveLaw(const AttachmentOptions& attachment, double length)
+    : stiffness(attachment.young * attachment.thickness / (length * length)),
+      onset(attachment.strength * length / attachment.young),
+      final(2 * attachment.toughness / attachment.strength),
+      toughness(attachment.toughness * attachment.thickness / length),
+      leaf(true) {}
+
 double CohesiveLaw::Effective(const Vector3d& delta, const Vector3d& normal) const {
   const double along = normal.dot(delta);
+  if (leaf) return std::max(along, 0.0);
   return along >= 0 ? delta.norm() : (delta - along * normal).norm();
 }
 
 bool CohesiveLaw::Closed(const Vector3d& delta, const Vector3d& normal) const {
   const double along = normal.dot(delta);
-  return along < 0 && (delta - along * normal).norm() < final;
+  return along < 0 && (leaf || (delta - along * normal).norm() < final);
+}
+
+Matrix3d CohesiveLaw::BesideAlike(double damage, bool closed, const Vector3d& normal) const {
+  if (!HasBeside(damage, closed)) return Matrix3d::Zero();
+  return (leaf ? 1 - damage : damage) * stiffness * normal * normal.transpose();
 }
 
 double CohesiveLaw::Damage(double effective) const {

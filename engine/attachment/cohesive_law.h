@@ -14,13 +14,30 @@ namespace hpdm {
 /// delta_0 = strength / k to 1 at delta_f = 2 toughness / strength, such that the traction falls
 /// linearly. It never falls. A layer that has slid by more than delta_f carries no pressure: the
 /// surfaces are no longer opposite each other.
+///
+/// A leaf of the thickness h that spans the length L has, per unit of its own area,
+///     t = (1 - d) k delta_n n,   delta_n >= 0,      k = young h / L^2,
+/// with n along its span. A slack one, delta_n < 0, carries nothing. What moves its edges across n only
+/// stretches it in the second order, so it carries nothing either. The damage begins at
+/// delta_0 = strength L / young and is full at delta_f = 2 toughness / strength.
 struct CohesiveLaw {
+  /// Of a layer.
   explicit CohesiveLaw(const AttachmentOptions& attachment);
+  /// Of a leaf that spans `length` (m).
+  CohesiveLaw(const AttachmentOptions& attachment, double length);
 
   /// Returns the effective displacement, m.
   double Effective(const Vector3d& delta, const Vector3d& normal) const;
-  /// True if the layer carries pressure.
+  /// True if a layer carries pressure, or a leaf is slack.
   bool Closed(const Vector3d& delta, const Vector3d& normal) const;
+  /// Returns the stiffness along all axes alike, Pa/m. The rest is BesideAlike().
+  double Alike(double damage) const { return leaf ? 0 : (1 - damage) * stiffness; }
+  /// True if BesideAlike() is not zero.
+  bool HasBeside(double damage, bool closed) const {
+    return leaf ? !closed && damage < 1 : closed && damage > 0;
+  }
+  /// Returns t = (Alike() 1 + BesideAlike()) delta less its first part, Pa/m.
+  Matrix3d BesideAlike(double damage, bool closed, const Vector3d& normal) const;
   /// Returns the damage after an effective displacement (m) that was never exceeded.
   double Damage(double effective) const;
   /// Returns the energy dissipated up to a damage, J/m^2; `toughness` at 1.
@@ -30,6 +47,7 @@ struct CohesiveLaw {
   double onset = 0;      ///< delta_0, m.
   double final = 0;      ///< delta_f, m.
   double toughness = 0;  ///< J/m^2.
+  bool leaf = false;
 };
 
 }  // namespace hpdm

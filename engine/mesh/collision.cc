@@ -66,9 +66,8 @@ struct Query {
 
   // True if the segment comes as near to the box as sqrt(reach2) along every axis: necessary for a
   // distance of sqrt(reach2). Rejects most boxes that only the bounding box of a slanted segment
-  // meets.
+  // meets. For segments; of a point the boxes' distance says it all.
   bool Passes(const Aabb& other, double reach2) const {
-    if (is_point) return true;          // the caller has compared the boxes
     constexpr double kRounding = 1e-9;  // m
     const double reach = std::sqrt(reach2) + kRounding;
     double enter = 0, leave = 1;
@@ -108,7 +107,8 @@ void WalkFrom(const Tree& tree, int node_id, const Query& query, const double* b
     std::swap(near2, far2);
   }
   for (const auto& [child, distance2] : {std::pair(near, near2), std::pair(far, far2)}) {
-    if (distance2 > *bound2 || !query.Passes(tree.Box(child), *bound2)) continue;
+    if (distance2 > *bound2) continue;
+    if (!query.is_point && !query.Passes(tree.Box(child), *bound2)) continue;
     WalkFrom(tree, child, query, bound2, visit);
   }
 }

@@ -11,7 +11,8 @@ RowResponses::RowResponses(const Eigen::MatrixXd& inverse)
       touched_(static_cast<std::size_t>(n_)),
       runs_(static_cast<std::size_t>(n_)),
       entries_(kMaxContacts * static_cast<std::size_t>(n_)),
-      moved_(3 * n_, 3),
+      column_(3 * n_, 3),
+      moved_(3 * n_, 3 * kMaxContacts),
       row_compliance_(3 * kMaxContacts, 3 * kMaxContacts),
       forces_(3, n_) {}
 
@@ -49,30 +50,46 @@ void RowResponses::Gather(const ContactConstraints& contacts) {
   }
 }
 
-// Computes B K^-1 B^T between row i and the rows up to it.
-void RowResponses::FillRowCompliance(int i) {
-  moved_.topRows(3 * count_).setZero();  // the touched control points, for unit forces on the row
-  for (const Entry& entry : EntriesOf(i)) {
+// Computes K^-1 B^T at the touched control points. Reads each of their columns once, for all rows.
+void RowResponses::MoveRows() {
+  const int size = 3 * count_;
+  moved_.topLeftCorner(size, 3 * row_count_).setZero();
+  std::array<std::size_t, kMaxContacts> next{};  // entry of each row; entries follow the points
+  for (int t = 0; t < count_; ++t) {
+    const int a = touched_[static_cast<std::size_t>(t)];
     for (std::size_t r = 0; r < run_count_; ++r) {
       const Run& run = runs_[r];
-      moved_.middleRows(3 * run.place, 3 * run.length) +=
-          entry.weight *
-          inverse_.middleCols<3>(3 * entry.point).middleRows(3 * run.first, 3 * run.length);
+      column_.middleRows(3 * run.place, 3 * run.length) =
+          inverse_.middleCols<3>(3 * a).middleRows(3 * run.first, 3 * run.length);
+    }
+    for (int i = 0; i < row_count_; ++i) {
+      std::size_t& e = next[static_cast<std::size_t>(i)];
+      const auto entries = EntriesOf(i);
+      if (e == entries.size() || entries[e].place != t) continue;
+      moved_.block(0, 3 * i, size, 3) += entries[e].weight * column_.topRows(size);
+      ++e;
     }
   }
-  for (int j = 0; j <= i; ++j) {
-    Matrix3d sum = Matrix3d::Zero();
-    for (const Entry& entry : EntriesOf(j)) {
-      sum += entry.weight * moved_.middleRows<3>(3 * entry.place);
+}
+
+void RowResponses::FillRowCompliance() {
+  for (int i = 0; i < row_count_; ++i) {
+    const auto moved = moved_.middleCols<3>(3 * i);
+    for (int j = 0; j <= i; ++j) {
+      Matrix3d sum = Matrix3d::Zero();
+      for (const Entry& entry : EntriesOf(j)) {
+        sum += entry.weight * moved.middleRows<3>(3 * entry.place);
+      }
+      if (j == i) sum = ((sum + sum.transpose()) / 2).eval();
+      row_compliance_.block<3, 3>(3 * j, 3 * i) = sum;
+      row_compliance_.block<3, 3>(3 * i, 3 * j) = sum.transpose();
     }
-    if (j == i) sum = ((sum + sum.transpose()) / 2).eval();
-    row_compliance_.block<3, 3>(3 * j, 3 * i) = sum;
-    row_compliance_.block<3, 3>(3 * i, 3 * j) = sum.transpose();
   }
 }
 
 void RowResponses::AddCompliance(int body, double yield, ContactSolver* solver) {
-  for (int i = 0; i < row_count_; ++i) FillRowCompliance(i);
+  MoveRows();
+  FillRowCompliance();
   for (const ContactSolver::Side& loaded : solver->sides(body)) {
     Vector3d moved = Vector3d::Zero();
     int at = -1;  // the sides of one row follow each other

@@ -47,7 +47,8 @@ class RowResponses {
     int place = 0;
     int length = 0;
   };
-  void FillRowCompliance(int row);
+  void MoveRows();
+  void FillRowCompliance();
 
   const Eigen::MatrixXd& inverse_;
   int n_;
@@ -58,10 +59,12 @@ class RowResponses {
   std::size_t run_count_ = 0;  // of them
   std::vector<Run> runs_;      // n
   std::array<std::size_t, kMaxContacts> entry_count_{};
-  WorkArray<Entry> entries_;                        // kMaxContacts x n
-  Eigen::Matrix<double, Eigen::Dynamic, 3> moved_;  // 3n x 3
-  WorkMatrix row_compliance_;                       // B K^-1 B^T of the last AddCompliance()
-  Eigen::Matrix3Xd forces_;                         // on the touched control points, N
+  WorkArray<Entry> entries_;  // kMaxContacts x n
+  // Three columns of K^-1, of the touched control points: 3n x 3.
+  Eigen::Matrix<double, Eigen::Dynamic, 3> column_;
+  WorkMatrix moved_;  // of the touched points by unit forces on the rows: 3n x 3 kMaxContacts
+  WorkMatrix row_compliance_;  // B K^-1 B^T of the last AddCompliance()
+  Eigen::Matrix3Xd forces_;    // on the touched control points, N
 };
 
 }  // namespace hpdm

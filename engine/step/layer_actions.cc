@@ -39,7 +39,7 @@ std::array<LayerWork, kMaxInstruments> LayerActions::Apply(const ToolState& tool
   for (int t = 0; t < tools.tool_count; ++t) {
     const ToolPose& pose = tools.tools[ToSize(t)];
     const ToolGeometry& geometry = geometries_[ToSize(t)][ToSize(pose.instrument_index)];
-    if (IsEnergised(ToSize(t), pose)) {
+    if (geometry.action == ToolAction::kBurn && pose.pedal) {
       const double energy = geometry.power * std::min(dt, kLongestStep);
       work[ToSize(t)].burning = Burn(pose, geometry, energy, organs, links);
     }
@@ -49,11 +49,6 @@ std::array<LayerWork, kMaxInstruments> LayerActions::Apply(const ToolState& tool
     }
   }
   return work;
-}
-
-bool LayerActions::IsEnergised(std::size_t tool, const ToolPose& pose) const {
-  const ToolGeometry& geometry = geometries_[tool][ToSize(pose.instrument_index)];
-  return geometry.action == ToolAction::kBurn && pose.pedal;
 }
 
 // Lists in reached_ the samples that hold and whose distance_of(Fibres) is not infinite, the nearest
@@ -76,7 +71,7 @@ void LayerActions::Find(const std::vector<OrganStep>& organs, std::span<Attachme
       for (int i = 0; i < layer.bed.size(); ++i) {
         if (link.state().Left(l, i) == 0) continue;
         const double distance = distance_of(
-            Fibres{place(0, i), place(1, i), std::sqrt(layer.bed.areas[i] / std::numbers::pi)});
+            Fibres{place(0, i), place(1, i), std::sqrt(layer.bed.Footprint(i) / std::numbers::pi)});
         if (distance < kOutOfReach) reached_.push_back({&link, l, i, distance});
       }
     }

@@ -37,8 +37,6 @@ class LayerActions {
   std::array<LayerWork, kMaxInstruments> Apply(const ToolState& tools, const JawClosings& jaws,
                                                double dt, const std::vector<OrganStep>& organs,
                                                std::span<AttachmentLink> links);
-  /// True if the tool is a hook whose pedal is pressed.
-  bool IsEnergised(std::size_t tool, const ToolPose& pose) const;
 
  private:
   // A sample that an instrument reaches.

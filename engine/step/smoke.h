@@ -20,17 +20,27 @@ class Smoke {
 
   void Add(const SmokePuff& puff) { puffs_[next_++ % kMost] = puff; }
 
+  /// Removes what began within `reach` (m) of a place.
+  void Take(const Vector3d& p_W, double reach) {
+    for (SmokePuff& puff : puffs_) {
+      if ((puff.p_W - p_W).norm() <= reach) puff.time_ns = kTaken;
+    }
+  }
+
   /// Calls use(puff, age in s) for those that are seen at a time, the oldest first.
   template <typename Use>
   void ForEach(Nanoseconds time_ns, const Use& use) const {
     for (std::size_t i = next_ < kMost ? 0 : next_ - kMost; i < next_; ++i) {
       const SmokePuff& puff = puffs_[i % kMost];
+      if (puff.time_ns == kTaken) continue;
       const double age = ToSeconds(time_ns - puff.time_ns);
       if (age >= 0 && age < SmokePuff::kLife) use(puff, age);
     }
   }
 
  private:
+  static constexpr Nanoseconds kTaken = -1;  // before the session
+
   std::array<SmokePuff, kMost> puffs_;
   std::size_t next_ = 0;
 };

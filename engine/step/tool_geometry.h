@@ -17,7 +17,8 @@ enum class ToolAction {
   kNone,
   kBurn,  ///< A hook, while its pedal is pressed.
   kCut,   ///< Scissors, when they close.
-  kClip   ///< A clip applier, when it closes.
+  kClip,  ///< A clip applier, when it closes.
+  kSuck   ///< A suction tube, while its pedal is pressed.
 };
 
 /// Geometry of an instrument that a hand can hold (ToolPose::instrument_index), for both loops.

@@ -36,7 +36,7 @@ struct DeviceProfile {
                                          ///< cannot dissipate itself.
 };
 
-enum class InstrumentType { kProbe, kGrasper, kScissors, kHook, kClipApplier };
+enum class InstrumentType { kProbe, kGrasper, kScissors, kHook, kClipApplier, kSuction };
 enum class HandScript { kPalpate, kTap, kSlide, kGraspLift, kGraspPull, kRandom };
 
 /// A simulated trainee's hand (simulated_hand.h).

@@ -241,7 +241,20 @@ std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const Exercise
 constexpr double kPointRadius = 0.035, kBleedingRadius = 0.015, kBleedingGrowth = 0.004;
 constexpr double kBleedingGrows = 15;  // s
 
-std::vector<StatusMark> MarksOf(const PictureMarks& marks, Nanoseconds now) {
+// True if a suction tube has its tip in the disc.
+bool IsSucked(const StatusMark& disc, const Status& status) {
+  for (std::size_t t = 0; t < ToSize(status.scene.tool_count); ++t) {
+    const std::optional<Eigen::Vector2d>& tip = status.tips[t];
+    if (!status.scene.sucks[t] || !tip) continue;
+    const double across = (tip->x() - disc.x) * status.aspect, down = tip->y() - disc.y;
+    if (std::hypot(across, down) <= disc.radius) return true;
+  }
+  return false;
+}
+
+std::vector<StatusMark> MarksOf(const Status& status) {
+  const PictureMarks& marks = *status.marks;
+  const Nanoseconds now = status.scene.step.time_ns;
   std::vector<StatusMark> drawn;
   for (int m = 0; m < marks.count; ++m) {
     const PictureMark& mark = marks.marks[static_cast<std::size_t>(m)];
@@ -256,6 +269,7 @@ std::vector<StatusMark> MarksOf(const PictureMarks& marks, Nanoseconds now) {
     } else {
       const double age = std::clamp(ToSeconds(now - mark.since_ns), 0.0, kBleedingGrows);
       one.radius = kBleedingRadius + kBleedingGrowth * age;
+      if (IsSucked(one, status)) one.radius = kBleedingRadius;
       one.line = {"bleeding" + (text.empty() ? "" : ": " + text), Tone::kAlarm};
     }
   }
@@ -274,7 +288,7 @@ std::vector<StatusLine> Keys() {
       key("right button, q e", "roll"),
       key("Tab, 1 to 4", "another instrument; what the last one holds stays held"),
       key("x", "exchange it"),
-      key("d", "pedal: the hook burns while held"),
+      key("d", "pedal: the hook burns, suction sucks while held"),
       {"Second hand, or a gamepad", Tone::kGood},
       key("t g f h", "move the tip"),
       key("y b, c n, v", "push in and out, roll, close the jaws"),
@@ -311,7 +325,7 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
     AddNotices(status, names, &text.state);
     text.alarms = AlarmLines(status, names);
   }
-  if (status.marks != nullptr) text.marks = MarksOf(*status.marks, status.scene.step.time_ns);
+  if (status.marks != nullptr) text.marks = MarksOf(status);
   const ExerciseStatus& exercise = status.health.exercise;
   const bool guides = status.view.guidance && names.exercise && exercise.present;
   if (guides && !exercise.ended) text.guidance = GuidanceLines(exercise, *names.exercise);

@@ -10,12 +10,17 @@ namespace {
 
 constexpr std::size_t kFibresOfSample = 3;
 constexpr double kFibreRadius = 0.0002;  // m
-constexpr double kLeastStretch = 5e-4;   // m: shorter fibres are hidden between the surfaces
+// A strip of a leaf is drawn as so many fibres that lie closely beside each other.
+constexpr std::size_t kFibresOfStrip = 4;
+constexpr double kStripOverlap = 1.3;
+constexpr float kLeafOpacity = 0.55f;
+constexpr double kLeastStretch = 5e-4;  // m: shorter fibres are hidden between the surfaces
 // Damage at which a surface begins to look raw.
 constexpr float kRawFrom = 0.5f;
 // Vertices within so many sample widths of a sample's point belong to the bed.
 constexpr double kBedReach = 1.0;
 const Colour kFibreColour(0.88f, 0.74f, 0.66f);
+const Colour kLeafColour(0.86f, 0.72f, 0.62f);
 
 // Returns 0 for whole tissue up to 1 for raw, and from there on up to 2 for charred.
 float RawnessOf(float damage, float burnt) {
@@ -30,7 +35,7 @@ std::vector<int> NearestSamples(const AttachmentBed& bed, std::size_t side,
     Eigen::Index i = 0;
     const double squared =
         (bed.points_W[side].rowwise() - vertices_W.row(v)).rowwise().squaredNorm().minCoeff(&i);
-    if (squared > kBedReach * kBedReach * bed.areas[i]) continue;
+    if (squared > kBedReach * kBedReach * bed.Footprint(static_cast<int>(i))) continue;
     nearest[static_cast<std::size_t>(v)] = static_cast<int>(i);
   }
   return nearest;
@@ -62,12 +67,13 @@ AttachmentRenderer::AttachmentRenderer(std::vector<AttachmentVisual> attachments
     }
     for (int i = 0; i < bed.size(); ++i) {
       const Vector3d normal_W = bed.normals_W.row(i);
-      const double half = std::sqrt(bed.areas[i]) / 2;
-      const Vector3d first = normal_W.unitOrthogonal();
+      const double half = std::sqrt(bed.Footprint(i)) / 2;
+      const Vector3d first =
+          bed.law.leaf ? Vector3d(bed.edges_W.row(i)) : normal_W.unitOrthogonal();
       layer.across.push_back({half * first, half * normal_W.cross(first)});
     }
   }
-  fibres_.reserve(kFibresOfSample * samples);
+  fibres_.reserve(std::max(kFibresOfSample, kFibresOfStrip) * samples);
 }
 
 void AttachmentRenderer::Move(const SceneSnapshot& snapshot, OrganRenderer* organs) {
@@ -107,6 +113,23 @@ Vector3d AttachmentRenderer::EndOf(const Layer& layer, std::size_t side, std::si
   return end_W;
 }
 
+// Adds a strip of a leaf, which lies bare also at rest.
+void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const Vector3d& a_W,
+                                  const Vector3d& b_W, double px_per_m) {
+  const Vector3d& half = layer.across[sample][0];
+  const double radius = kStripOverlap * half.norm() / double{kFibresOfStrip};
+  for (std::size_t k = 0; k < kFibresOfStrip; ++k) {
+    const double place = (2 * static_cast<double>(k) + 1) / double{kFibresOfStrip} - 1;  // -1..1
+    const auto px = static_cast<float>(std::max(0.4, radius * px_per_m));
+    fibres_.push_back({.a_W = (a_W + place * half).cast<float>(),
+                       .radius_a = px,
+                       .b_W = (b_W + place * half).cast<float>(),
+                       .radius_b = px,
+                       .colour = kLeafColour,
+                       .opacity = kLeafOpacity * (1 - 0.5f * layer.damage[sample])});
+  }
+}
+
 void AttachmentRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {
   fibres_.clear();
   for (const Layer& layer : layers_) {
@@ -115,9 +138,13 @@ void AttachmentRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& 
       if (layer.damage[i] >= 1) continue;
       const auto row = static_cast<Eigen::Index>(i);
       const Vector3d a_W = EndOf(layer, 0, i, snapshot), b_W = EndOf(layer, 1, i, snapshot);
+      const double px_per_m = scope.MostPixelsPerMetre(a_W.cwiseMin(b_W), a_W.cwiseMax(b_W));
+      if (bed.law.leaf) {
+        AddStrip(layer, i, a_W, b_W, px_per_m);
+        continue;
+      }
       const double at_rest = (bed.points_W[1].row(row) - bed.points_W[0].row(row)).norm();
       if ((b_W - a_W).norm() < at_rest + kLeastStretch) continue;
-      const double px_per_m = scope.MostPixelsPerMetre(a_W.cwiseMin(b_W), a_W.cwiseMax(b_W));
       const auto radius = static_cast<float>(std::max(0.4, kFibreRadius * px_per_m));
       for (std::size_t k = 0; k < kFibresOfSample; ++k) {
         // Spread evenly over the sample, turned from sample to sample.

@@ -18,7 +18,8 @@ struct AttachmentVisual {
 };
 
 /// Draws the layers of attachments: fibres where a layer holds and its surfaces have moved apart,
-/// and a raw surface on both organs where it has torn, charred where it was burnt. Render thread only.
+/// and a raw surface on both organs where it has torn, charred where it was burnt. A leaf is drawn as a
+/// sheet of fibres wherever it holds. Render thread only.
 class AttachmentRenderer {
  public:
   /// `organs`: those of the attachments, at rest. Throws MachineError if the driver refuses a
@@ -42,6 +43,9 @@ class AttachmentRenderer {
   };
   Vector3d EndOf(const Layer& layer, std::size_t side, std::size_t sample,
                  const SceneSnapshot& snapshot) const;
+
+  void AddStrip(const Layer& layer, std::size_t sample, const Vector3d& a_W, const Vector3d& b_W,
+                double px_per_m);
 
   std::vector<Layer> layers_;
   std::vector<std::vector<float>> raw_;  // of each organ's vertices, 0..2; empty without a layer

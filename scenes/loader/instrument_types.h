@@ -13,6 +13,7 @@ inline constexpr std::pair<std::string_view, InstrumentType> kInstrumentTypes[] 
     {"grasper", InstrumentType::kGrasper},
     {"scissors", InstrumentType::kScissors},
     {"hook", InstrumentType::kHook},
-    {"clip_applier", InstrumentType::kClipApplier}};
+    {"clip_applier", InstrumentType::kClipApplier},
+    {"suction", InstrumentType::kSuction}};
 
 }  // namespace hpdm

@@ -7,7 +7,6 @@
 namespace hpdm {
 namespace {
 
-constexpr std::size_t kMaxPathPoints = 64;
 constexpr double kMaxDuctRadius = 0.05;  // m
 
 // True if attachments lead from the organ to one that is not free: they bear its weight.

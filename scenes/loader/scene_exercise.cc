@@ -15,7 +15,6 @@ constexpr double kMaxTime = 36000;       // s
 constexpr double kMaxTissueForce = 100;  // N
 constexpr double kMaxArea = 1;           // m^2
 constexpr std::size_t kMaxText = 200;    // bytes of a text on the screen
-constexpr std::size_t kMaxLinePoints = 64;
 
 void ReadText(const TableReader& table, std::string_view key, std::string* text) {
   if (table.ReadString(key, text) && text->size() > kMaxText) {
@@ -229,7 +228,7 @@ void ReadNearness(const TableReader& table, ExerciseErrorOptions* error) {
     RefuseOther(table, "path");
     RefuseOther(table, "within");
   }
-  table.ReadPoints("path", kCoordinate, kMaxLinePoints, &error->path_W);
+  table.ReadPoints("path", kCoordinate, kMaxPathPoints, &error->path_W);
   table.ReadNumber("within", Interval::Positive(1, "m"), &error->within);
 }
 

@@ -15,6 +15,8 @@ namespace hpdm {
 /// so a number beyond 10 m is most likely in millimetres.
 inline constexpr double kMaxCoordinate = 10;
 inline constexpr Interval kCoordinate = Interval::Within(kMaxCoordinate, "m");
+/// Points of a path: a duct's axis, a leaf's line, the line of an error.
+inline constexpr std::size_t kMaxPathPoints = 64;
 
 /// Reads angles about x, y and z in degrees: R = Rz Ry Rx, so the world's x axis comes first.
 void ReadRotation(const TableReader& table, std::string_view key, Matrix3d* rotation);

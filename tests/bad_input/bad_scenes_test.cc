@@ -586,6 +586,21 @@ void AddAttachments(Scenes* s) {
   s->Text("an attachment of a surface model", scene("model='mass_spring'\n", layer(kFace)));
   s->Text("an attachment of no organ", scene(soft, "[[attachment]]\na='liver'\nb='kidney'\n"));
   s->Text("an attachment without a region", scene(soft, layer("")));
+  const auto leaf = [&](const std::string& a, const std::string& b, const std::string& toughness) {
+    return layer("path_a=[" + a + "]\npath_b=[" + b + "]\n", toughness);
+  };
+  const std::string on_a = "[0.03,-0.02,0.05],[0.03,0.02,0.05]",
+                    on_b = "[0.07,-0.02,0.05],[0.07,0.02,0.05]";
+  s->Text("a leaf", scene(soft, leaf(on_a, on_b, "200")));
+  s->Text("a leaf with a region", scene(soft, leaf(on_a, on_b, "200") + kFace));
+  s->Text("a leaf with one path", scene(soft, layer("path_a=[" + on_a + "]\n")));
+  s->Text("a leaf of NaN", scene(soft, leaf(on_a, "[nan,0,0],[1,0,0]", "200")));
+  s->Text("a leaf of no length", scene(soft, leaf(on_a, "[0.07,0,0.05],[0.07,0,0.05]", "200")));
+  s->Text("a leaf off its organ", scene(soft, leaf(on_a, "[0.07,0,0.09],[0.07,0.02,0.09]", "200")));
+  s->Text(
+      "a leaf between surfaces that touch",
+      scene(soft, leaf("[0.05,-0.02,0],[0.05,0.02,0]", "[0.0503,-0.02,0],[0.0503,0.02,0]", "200")));
+  s->Text("a leaf that breaks at its strength", scene(soft, leaf(on_a, on_b, "99")));
   s->Run("a session of attached organs", scene(rigid, layer(kFace)));
   s->Add("a static case of an attached organ", {"solve", "s.toml", "--out", "f.csv"},
          WithFile("s.toml", scene(soft, layer(kFace) + "[[load]]\norgan='other'\npoint=[0.15,0,0]\n"

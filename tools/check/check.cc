@@ -91,13 +91,14 @@ void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
 Json BedFacts(const AttachmentBed& bed, const Vector3d& borne_W) {
   return {{"a", bed.options.a},
           {"b", bed.options.b},
+          {"leaf", bed.law.leaf},
           {"samples", bed.size()},
           {"area_m2", bed.areas.sum()},
           {"opens_at_m", bed.law.onset},
           {"free_at_m", bed.law.final},
-          {"strength_N", bed.areas.sum() * bed.options.strength},
+          {"strength_N", bed.areas.sum() * bed.law.stiffness * bed.law.onset},
           {"bears_N", borne_W.norm()},
-          {"work_to_free_J", bed.areas.sum() * bed.options.toughness}};
+          {"work_to_free_J", bed.areas.sum() * bed.law.toughness}};
 }
 
 Json DuctFacts(const DuctModel& duct) {
@@ -275,13 +276,13 @@ void PrintOrgan(const Json& organ) {
 
 void PrintBed(const Json& bed) {
   std::printf(
-      "attachment of %s and %s: %.1f cm^2 in %ld samples; it holds %.2f N, opens at %.2g mm, and "
-      "is "
-      "free at %.2g mm after %.2g mJ\n",
-      bed["a"].get<std::string>().c_str(), bed["b"].get<std::string>().c_str(),
-      1e4 * bed["area_m2"].get<double>(), bed["samples"].get<long>(),
-      bed["strength_N"].get<double>(), 1000 * bed["opens_at_m"].get<double>(),
-      1000 * bed["free_at_m"].get<double>(), 1000 * bed["work_to_free_J"].get<double>());
+      "%s of %s and %s: %.1f cm^2 in %ld samples; it holds %.2f N, opens at %.2g mm, and is free "
+      "at %.2g mm after %.2g mJ\n",
+      bed["leaf"].get<bool>() ? "leaf" : "attachment", bed["a"].get<std::string>().c_str(),
+      bed["b"].get<std::string>().c_str(), 1e4 * bed["area_m2"].get<double>(),
+      bed["samples"].get<long>(), bed["strength_N"].get<double>(),
+      1000 * bed["opens_at_m"].get<double>(), 1000 * bed["free_at_m"].get<double>(),
+      1000 * bed["work_to_free_J"].get<double>());
   if (const double borne = bed["bears_N"].get<double>(); borne > 0) {
     std::printf("  it bears %.3f N of their weight at the start\n", borne);
   }

@@ -22,6 +22,7 @@
 #include "tools/run/run_results.h"
 #include "tools/run/set_up_interrupt.h"
 #include "tools/run/set_up_progress.h"
+#include "tools/session/burn_tone.h"
 #include "tools/session/picture_options.h"
 #include "tools/session/session_folder.h"
 #include "tools/session/session_path.h"
@@ -278,12 +279,22 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File(kSessionLogName),
                           TelemetryOptionsOf(options, machine, folder, &session), session.Info());
-  const Loops loops{session,          haptics,
-                    deformation,      render,
-                    telemetry,        link.get(),
-                    signals,          EndTick(options, session),
-                    options.pictures, window ? &*window : nullptr,
-                    &controls,        options.teacher ? &teacher : nullptr};
+  std::optional<BurnTone> tone;
+  if (window && options.sound) tone.emplace();
+  if (tone && options.verbose && !tone->failure().empty()) Note(tone->failure());
+  const Loops loops{session,
+                    haptics,
+                    deformation,
+                    render,
+                    telemetry,
+                    link.get(),
+                    signals,
+                    EndTick(options, session),
+                    options.pictures,
+                    window ? &*window : nullptr,
+                    &controls,
+                    options.teacher ? &teacher : nullptr,
+                    tone ? &*tone : nullptr};
   unbegun.Begin();
   SayRunning(options, session, folder);
   const RunRecord record = measured ? RunOnRealClock(loops, machine, clock) : RunInLockstep(loops);

@@ -22,6 +22,7 @@ void AddPictureOptions(Command run, RunOptions* options) {
       "--film", options->film,
       "Make film.mp4 from the pictures in frames/ with ffmpeg; use --fps 30 for a smooth film");
   run.AddFlag("!--no-pictures", options->pictures, "Draw nothing");
+  run.AddFlag("!--no-sound", options->sound, "Make no tone while a hook burns in a window");
   run.AddOption("--size", options->size, "Picture size, WIDTHxHEIGHT").ShowDefault();
   run.AddOption("--overlay", options->overlays,
                 "Overlays, separated by commas: force (0 to 2 N), contacts, lattice, error (see "

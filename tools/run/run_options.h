@@ -30,6 +30,7 @@ struct RunOptions {
   bool left_handed = false;
   bool film = false;
   bool pictures = true;
+  bool sound = true;
   bool headless = false;
   bool window = false;
   bool live = false;

@@ -30,6 +30,7 @@ std::vector<ToolGeometry> GeometriesOf(const InstrumentOptions& instrument) {
     if (type == InstrumentType::kHook) geometry.action = ToolAction::kBurn;
     if (type == InstrumentType::kScissors) geometry.action = ToolAction::kCut;
     if (type == InstrumentType::kClipApplier) geometry.action = ToolAction::kClip;
+    if (type == InstrumentType::kSuction) geometry.action = ToolAction::kSuck;
   }
   return geometries;
 }

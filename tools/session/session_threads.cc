@@ -73,6 +73,7 @@ void PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
     }
     if (has_window) {
       loops.window->Pump(kWindowPeriod);
+      if (loops.tone != nullptr) loops.tone->Sound(loops.render.burns());
       ended = loops.window->ended() || loops.signals.WaitFor(0);
     } else {
       loops.exchanges->Advance(clock.Now(), &loops.session.control);

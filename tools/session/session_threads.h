@@ -10,6 +10,7 @@
 #include "lcmtypes/live/device_link.h"
 #include "lcmtypes/telemetry/telemetry_loop.h"
 #include "render/render_loop.h"
+#include "tools/session/burn_tone.h"
 #include "tools/session/control_script.h"
 #include "tools/session/run_summary.h"
 #include "tools/session/session.h"
@@ -50,6 +51,7 @@ struct Loops {
   TrainerWindow* window;           ///< Null without a window.
   ControlScript* exchanges;        ///< From the command line.
   TeacherDesk* teacher = nullptr;  ///< Null unless the session listens to a teacher.
+  BurnTone* tone = nullptr;        ///< Null: no sound.
 };
 
 /// Runs the loops on the real clock, one thread per loop:

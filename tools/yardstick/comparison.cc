@@ -306,6 +306,7 @@ std::string Ratios(const ComparedCase& c, const std::vector<Row>& rows) {
   std::string text;
   for (const Row& engine : rows) {
     if (!engine.engine || !engine.converged) continue;
+    const Row* last = nullptr;
     for (const char* kind : {"corotational", "condensed", ""}) {
       const Row* best = nullptr;
       for (const Row& row : rows) {
@@ -315,7 +316,8 @@ std::string Ratios(const ComparedCase& c, const std::vector<Row>& rows) {
         if (row.engine || !is_kind || other || !row.converged || row.error > engine.error) continue;
         if (best == nullptr || StepUs(c, row) < StepUs(c, *best)) best = &row;
       }
-      if (best == nullptr) continue;
+      if (best == nullptr || best == last) continue;
+      last = best;
       text += Format("- `%s`, %s (%.1f %%): %s takes %.3g times as long for %.1f %%.\n",
                      CaseName(c.load_case).c_str(), engine.model.c_str(), 100 * engine.error,
                      best->model.c_str(), StepUs(c, *best) / StepUs(c, engine), 100 * best->error);

@@ -332,6 +332,7 @@ SurfaceMesh ProbeMesh() {
 InstrumentMeshes MakeInstrument(InstrumentType type) {
   switch (type) {
     case InstrumentType::kProbe:
+    case InstrumentType::kSuction:  // a tube whose openings are too small to be drawn
       break;
     case InstrumentType::kGrasper:
       return Grasper();

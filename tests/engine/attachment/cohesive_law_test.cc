@@ -66,7 +66,7 @@ TEST(CohesiveLaw, CountsNoPressureAndNoDirection) {
 
 TEST(AttachmentOptions, LeastToughnessIsThatOfALayerThatBreaksAtItsStrength) {
   AttachmentOptions attachment = BedOptions();
-  attachment.toughness = LeastToughness(attachment);
+  attachment.toughness = LeastToughness(attachment, attachment.thickness);
   const CohesiveLaw law(attachment);
   EXPECT_NEAR(law.final, law.onset, 1e-12 * law.onset);
 }

@@ -182,8 +182,33 @@ TEST(LayerActions, SmokeRisesWhereAHookHeatsTissueAndNowhereElse) {
   EXPECT_TRUE(puffs().empty()) << "after its life";
 }
 
+TEST(LayerActions, SuctionTakesTheSmokeNearItsTipWhileItsPedalIsPressed) {
+  OrganBench bench;
+  Bed{}.AddTo(&bench);
+  bench.Start({With(ToolAction::kBurn), With(ToolAction::kSuck)});
+  ToolPose hook = InGap(0.002, 0.001), tube = OrganBench::Away();
+  hook.pedal = true;
+  const auto puffs = [&] {
+    bench.Step(std::array{hook, tube});
+    bench.render->Update();
+    int count = 0;
+    const SceneSnapshot& scene = bench.render->Front();
+    scene.smoke.ForEach(scene.step.time_ns, [&](const SmokePuff&, double) { ++count; });
+    EXPECT_TRUE(scene.burns[0] == hook.pedal && !scene.burns[1] && !scene.sucks[0]);
+    EXPECT_EQ(scene.sucks[1], tube.pedal);
+    return count;
+  };
+  EXPECT_EQ(puffs(), 1);
+  tube.X_WT.translation() = hook.X_WT.translation() + Vector3d(0, 0, 0.02);
+  EXPECT_EQ(puffs(), 2) << "its pedal is not pressed";
+  tube.pedal = true;
+  EXPECT_EQ(puffs(), 0);
+  tube.X_WT.translation().z() += 0.02;
+  EXPECT_EQ(puffs(), 1) << "too far";
+}
+
 TEST(LayerActions, OtherInstrumentsDoNotBurnOrCut) {
-  for (const ToolAction action : {ToolAction::kNone, ToolAction::kClip}) {
+  for (const ToolAction action : {ToolAction::kNone, ToolAction::kClip, ToolAction::kSuck}) {
     const Bed bed;
     OrganBench bench;
     bed.AddTo(&bench);

@@ -33,7 +33,7 @@ struct LiftedPair {
     layer.young = layer_young;
     layer.thickness = kGap;
     layer.strength = 1e6;  // does not tear
-    layer.toughness = 2 * LeastToughness(layer);
+    layer.toughness = 2 * LeastToughness(layer, layer.thickness);
     return layer;
   }
   static SupportOptions Bottom() {

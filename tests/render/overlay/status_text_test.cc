@@ -299,9 +299,12 @@ TEST(TextLayout, ATeachersMarksAreAtTheirPlacesAndABleedingGrows) {
   ViewSettings view;
   SessionHealth health;
   SceneSnapshot scene;
+  scene.tool_count = 1;
+  Eigen::Vector2d tip(0.75, 0.25);
   const auto laid_out = [&](double seconds) {
     scene.step.time_ns = static_cast<Nanoseconds>(1e9 * seconds);
-    const Status status{.view = view, .health = health, .scene = scene, .marks = &marks};
+    Status status{.view = view, .health = health, .scene = scene, .marks = &marks};
+    status.tips[0] = tip;
     return LayOut(MakeStatusText(status, {}), atlas, 640, 480);
   };
   // Middles of what is drawn left and right of the picture's middle, and the right one's width.
@@ -320,6 +323,11 @@ TEST(TextLayout, ATeachersMarksAreAtTheirPlacesAndABleedingGrows) {
   EXPECT_GT(later, 2 * at_once);
   EXPECT_GT(full, later);
   EXPECT_EQ(disc_width(60), full);
+  scene.sucks[0] = true;
+  EXPECT_EQ(disc_width(17), at_once) << "suction takes the blood";
+  tip.x() = 0.25;
+  EXPECT_EQ(disc_width(17), full) << "beside the disc";
+  scene.sucks[0] = false;
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   int bars = 0;
   for (const TextQuad& quad : laid_out(2)) {

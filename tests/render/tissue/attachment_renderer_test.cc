@@ -131,6 +131,43 @@ TEST_F(LiftedBlock, IsCharredWhereItWasBurnt) {
   EXPECT_EQ(redder, 0);
 }
 
+// A leaf in front of the blocks, 24 mm wide. At rest it is a sheet; where a strip has torn one looks
+// through it.
+TEST_F(LiftedBlock, ALeafIsASheetWithHolesWhereItHasTorn) {
+  beds_.clear();
+  AttachmentOptions leaf;
+  leaf.a = "above";
+  leaf.b = "below";
+  leaf.young = 1e5;
+  leaf.thickness = 0.0003;
+  leaf.strength = 5e4;
+  leaf.toughness = 2000;
+  leaf.reach = 0.001;
+  leaf.paths_W = {std::vector<Vector3d>{{-0.012, -0.015, 0.015}, {0.012, -0.015, 0.015}},
+                  std::vector<Vector3d>{{-0.012, -0.025, 0}, {0.012, -0.025, 0}}};
+  models_[1] = OrganModel(Rigid("above"), models_[1].rest());
+  beds_.emplace_back(leaf, models_[1], models_[0]);
+  scene_ = SizedSnapshot(models_, 0, true, beds_);
+  const Image none = Picture(false), whole = Picture(true);
+  scene_.damage[0][5] = scene_.damage[0][6] = 1;
+  const Image torn = Picture(true);
+  int covered = 0, holes = 0, others = 0;
+  double columns = 0;
+  for (int y = 0; y < kHeight; ++y) {
+    for (int x = 0; x < kWidth; ++x) {
+      const bool sheet = whole.At(x, y)[1] != none.At(x, y)[1];
+      covered += sheet;
+      if (torn.At(x, y)[1] == whole.At(x, y)[1]) continue;
+      columns += x;
+      (sheet ? holes : others) += 1;
+    }
+  }
+  EXPECT_GT(covered, 1000);
+  EXPECT_NEAR(holes, covered / 6.0, 0.04 * covered) << "two of twelve strips";
+  EXPECT_EQ(others, 0);
+  EXPECT_NEAR(columns / holes, kWidth / 2.0, 3) << "in its middle";
+}
+
 TEST_F(LiftedBlock, SmokeRisesSpreadsAndIsGone) {
   const Image clear = Picture(false);
   scene_.smoke.Add({.p_W = Vector3d(0, 0, 0.035), .time_ns = 1'000'000'000});
