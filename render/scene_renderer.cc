@@ -2,7 +2,20 @@
 
 #include <epoxy/gl.h>
 
+#include <algorithm>
+
 namespace hpdm {
+namespace {
+
+std::vector<int> VertexCounts(const std::vector<OrganVisual>& organs) {
+  std::vector<int> counts;
+  for (const OrganVisual& organ : organs) {
+    counts.push_back(static_cast<int>(organ.rest->vertices.rows()));
+  }
+  return counts;
+}
+
+}  // namespace
 
 SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
                              const std::vector<InstrumentVisual>& instruments,
@@ -11,10 +24,13 @@ SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
                              const std::vector<DuctVisual>& ducts)
     : organs_(organs, options.levels, options.shadows),
       instruments_(instruments),
+      burns_(VertexCounts(organs)),
+      has_raw_(organs.size(), false),
       cavity_(background),
       overlays_(organs) {
   if (options.occlusion) occlusion_.emplace();
   if (!attachments.empty()) attachments_.emplace(attachments, organs);
+  for (std::size_t o = 0; o < organs.size(); ++o) raw_.emplace_back(burns_.Of(o).size());
   if (!ducts.empty()) ducts_.emplace(ducts, options.shadows);
 }
 
@@ -25,7 +41,8 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   frame_.Upload(frame);
 
   organs_.Move(snapshot, scope);
-  if (attachments_) attachments_->Move(snapshot, &organs_);
+  const bool torn = attachments_ && attachments_->Follow(snapshot);
+  if (burns_.Follow(snapshot) || torn) ShowRaw();
   if (ducts_) ducts_->Move(snapshot, scope);
   glDepthFunc(GL_LEQUAL);
   if (occlusion_) {
@@ -47,6 +64,19 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   if (attachments_) attachments_->Draw(snapshot, scope);
   smoke_.Draw(snapshot, scope);
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
+}
+
+// Gives the organs' meshes the surfaces that layers have left raw and hooks charred.
+void SceneRenderer::ShowRaw() {
+  for (std::size_t o = 0; o < raw_.size(); ++o) {
+    std::ranges::transform(burns_.Of(o), raw_[o].begin(), [](float black) { return 2 * black; });
+  }
+  if (attachments_) attachments_->AddRaw(&raw_);
+  for (std::size_t o = 0; o < raw_.size(); ++o) {
+    const bool is_raw = std::ranges::any_of(raw_[o], [](float value) { return value > 0; });
+    if (is_raw || has_raw_[o]) organs_.mesh(o).SetRaw(raw_[o]);
+    has_raw_[o] = has_raw_[o] || is_raw;
+  }
 }
 
 void SceneRenderer::DrawDepthOf(std::size_t organ) const {

@@ -11,6 +11,7 @@
 #include "render/instrument/instrument_renderer.h"
 #include "render/overlay/overlay_renderer.h"
 #include "render/tissue/attachment_renderer.h"
+#include "render/tissue/burn_marks.h"
 #include "render/tissue/cavity_renderer.h"
 #include "render/tissue/duct_renderer.h"
 #include "render/tissue/occlusion.h"
@@ -51,10 +52,15 @@ class SceneRenderer {
   void DrawScales(std::uint32_t overlays) { overlays_.DrawScales(overlays); }
 
  private:
+  void ShowRaw();
+
   FrameBlock frame_;
   OrganRenderer organs_;
   InstrumentRenderer instruments_;
   std::optional<AttachmentRenderer> attachments_;
+  BurnMarks burns_;
+  std::vector<std::vector<float>> raw_;  // of each organ's vertices
+  std::vector<bool> has_raw_;            // of each organ: some of it is, or was
   std::optional<DuctRenderer> ducts_;
   CavityRenderer cavity_;
   SmokeRenderer smoke_;

@@ -238,10 +238,13 @@ void AttachmentBed::SampleLeaf(const OrganModel& a, const OrganModel& b) {
   TakeGroups(strips, groups, organs);
   edges_W = Points::Zero(count, 3);
   for (int i = 0; i < count; ++i) {
-    const int last = std::min(i + 1, count - 1), first = std::max(i - 1, 0);
-    const Vector3d along_W = (points_W[0].row(last) + points_W[1].row(last) -
-                              points_W[0].row(first) - points_W[1].row(first))
-                                 .transpose();
+    Vector3d along_W = Vector3d::Zero();
+    for (std::size_t side = 0; side < 2; ++side) {
+      const auto at = [&](double strips) {
+        return AlongPath(options.paths_W[side], lengths[side] * strips / count);
+      };
+      along_W += at(i + 1.0) - at(i);
+    }
     const Vector3d normal_W = normals_W.row(i), edge_W = along_W - normal_W.dot(along_W) * normal_W;
     edges_W.row(i) = edge_W.norm() > 0 ? edge_W.normalized() : normal_W.unitOrthogonal();
   }

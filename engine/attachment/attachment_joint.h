@@ -27,8 +27,9 @@ namespace hpdm {
 class AttachmentJoint {
  public:
   /// Modes in which the undamaged layer has less than this share of the organs' own stiffness are
-  /// dropped; of a layer that is softer than they in all modes, less than this share of its first. Two blocks on a layer of 224 samples have 39 modes then; their displacements are within
-  /// 3e-4 of a direct solution at any damage, with 33 modes (a share of 1e-2) within 5e-3.
+  /// dropped; of a layer that is softer than they in all modes, less than this share of its first. Two
+  /// blocks on a layer of 224 samples have 39 modes then; their displacements are within 3e-4 of a direct
+  /// solution at any damage, with 33 modes (a share of 1e-2) within 5e-3.
   static constexpr double kLeastRatio = 1e-3;
 
   /// One organ for the joint. `compliance`: at rest, without local functions in use; nullptr for a

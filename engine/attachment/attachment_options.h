@@ -19,8 +19,7 @@ struct AttachmentOptions {
   double strength = 0;    ///< Pa: the largest traction; of a leaf the largest stress.
   /// J/m^2: the energy that frees a unit of area; of a leaf that tears a unit of its cross-section.
   double toughness = 0;
-  double reach =
-      0;  ///< m: the largest distance of facing points, or of a line's points from the surface.
+  double reach = 0;  ///< m: the largest distance of facing points, or of a line from its surface.
   double burn_energy = 1.9e6;  ///< J/m^2: the heat that burns a unit of area away.
   /// m, of a leaf: its lines on a and on b in the world at rest, both in the same direction. Else empty.
   std::array<std::vector<Vector3d>, 2> paths_W = {};

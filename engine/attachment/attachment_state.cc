@@ -45,26 +45,27 @@ AttachmentState::AttachmentState(std::shared_ptr<const AttachmentJoint> joint)
   if (joint_->sag().size() > 0) BearWeight();
 }
 
-// Finds what the undamaged layers bear, without the ducts. Refuses a layer that it would damage.
+// Finds what the undamaged layers bear, without the ducts; leaves bear nothing, since they are slack in
+// one direction. Refuses a layer that the weight would damage.
 void AttachmentState::BearWeight() {
   const Eigen::MatrixXd G = joint_->LastingCompliance();
   Eigen::MatrixXd held = Eigen::MatrixXd::Identity(G.rows(), G.cols());  // 1 + G R
   for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
     const AttachmentJoint::Layer& layer = joint_->layers()[l];
+    if (layer.bed.law.leaf) continue;
     const Eigen::Index first = 3 * layer.first_mode, size = 3 * layer.samples.rows();
     held.middleCols(first, size) += G.middleCols(first, size) * solver_.StiffnessOf(l);
   }
   const Eigen::VectorXd w = held.partialPivLu().solve(joint_->sag());
-  borne_.resize(static_cast<Eigen::Index>(now_.damage.size()), 3);
+  borne_.setZero(static_cast<Eigen::Index>(now_.damage.size()), 3);
   Eigen::Index at = 0;
   for (const AttachmentJoint::Layer& layer : joint_->layers()) {
     const AttachmentBed& bed = layer.bed;
     for (int i = 0; i < bed.size(); ++i, ++at) {
+      if (bed.law.leaf) continue;
       const Vector3d delta = DisplacementOf(layer, i, w);
       borne_.row(at) = delta.transpose();
-      // A leaf's strength is that of its cross-section.
-      const double traction =
-          bed.options.strength * bed.law.Effective(delta, bed.normals_W.row(i)) / bed.law.onset;
+      const double traction = bed.law.stiffness * bed.law.Effective(delta, bed.normals_W.row(i));
       if (traction <= bed.options.strength) continue;
       char text[240];
       const auto p_W = bed.points_W[0].row(i);
@@ -143,13 +144,13 @@ void AttachmentState::AddLayers() {
     const AttachmentJoint::Layer& layer = joint_->layers()[l];
     for (int i = 0; i < layer.bed.size() && borne_.rows() > 0; ++i) {
       const auto sample = static_cast<Eigen::Index>(first) + i;
-      const Vector3d borne = borne_.row(sample);
-      const Vector3d lost = layer.bed.areas[i] *
-                            (StiffnessOf(layer.bed, i, 0, false) -
-                             StiffnessOf(layer.bed, i, now_.damage[ToSize(sample)],
-                                         now_.closed[ToSize(sample)] != 0)) *
-                            borne;
-      if (lost.isZero(0)) continue;
+      const double d = now_.damage[ToSize(sample)];
+      if (d == 0) continue;
+      Vector3d lost = d * layer.bed.areas[i] * layer.bed.law.stiffness * borne_.row(sample);
+      if (now_.closed[ToSize(sample)] != 0) {
+        const Vector3d n = layer.bed.normals_W.row(i);
+        lost -= n.dot(lost) * n;
+      }
       for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
         constant_.segment<3>(3 * (layer.first_mode + j)) -= layer.samples(j, i) * lost;
       }

@@ -44,8 +44,7 @@ std::vector<int> NearestSamples(const AttachmentBed& bed, std::size_t side,
 }  // namespace
 
 AttachmentRenderer::AttachmentRenderer(std::vector<AttachmentVisual> attachments,
-                                       const std::vector<OrganVisual>& organs)
-    : raw_(organs.size()) {
+                                       const std::vector<OrganVisual>& organs) {
   std::size_t samples = 0;
   for (const AttachmentVisual& visual : attachments) {
     const AttachmentBed& bed = *visual.bed;
@@ -58,7 +57,6 @@ AttachmentRenderer::AttachmentRenderer(std::vector<AttachmentVisual> attachments
       const auto organ = ToSize(visual.organs[side]);
       const SurfaceMesh& rest = *organs[organ].rest;
       layer.nearest[side] = NearestSamples(bed, side, rest.vertices);
-      raw_[organ].assign(static_cast<std::size_t>(rest.vertices.rows()), 0);
       layer.triangles[side].resize(bed.size(), 3);
       for (int i = 0; i < bed.size(); ++i) {
         layer.triangles[side].row(i) =
@@ -76,7 +74,7 @@ AttachmentRenderer::AttachmentRenderer(std::vector<AttachmentVisual> attachments
   fibres_.reserve(std::max(kFibresOfSample, kFibresOfStrip) * samples);
 }
 
-void AttachmentRenderer::Move(const SceneSnapshot& snapshot, OrganRenderer* organs) {
+bool AttachmentRenderer::Follow(const SceneSnapshot& snapshot) {
   bool changed = false;
   for (Layer& layer : layers_) {
     const std::size_t index = ToSize(layer.visual.bed->index);
@@ -84,20 +82,19 @@ void AttachmentRenderer::Move(const SceneSnapshot& snapshot, OrganRenderer* orga
     layer.damage = snapshot.damage[index];
     layer.burnt = snapshot.burnt[index];
   }
-  if (!changed) return;
-  for (std::vector<float>& raw : raw_) std::ranges::fill(raw, 0.0f);
+  return changed;
+}
+
+void AttachmentRenderer::AddRaw(std::vector<std::vector<float>>* raws) const {
   for (const Layer& layer : layers_) {
     for (std::size_t side = 0; side < 2; ++side) {
-      std::vector<float>& raw = raw_[ToSize(layer.visual.organs[side])];
+      std::vector<float>& raw = (*raws)[ToSize(layer.visual.organs[side])];
       for (std::size_t v = 0; v < raw.size(); ++v) {
         if (layer.nearest[side][v] < 0) continue;
         const std::size_t sample = ToSize(layer.nearest[side][v]);
         raw[v] = std::max(raw[v], RawnessOf(layer.damage[sample], layer.burnt[sample]));
       }
     }
-  }
-  for (std::size_t o = 0; o < raw_.size(); ++o) {
-    if (!raw_[o].empty()) organs->mesh(o).SetRaw(raw_[o]);
   }
 }
 

@@ -27,8 +27,10 @@ class AttachmentRenderer {
   AttachmentRenderer(std::vector<AttachmentVisual> attachments,
                      const std::vector<OrganVisual>& organs);
 
-  /// Gives the organs' meshes their raw surfaces, if the damage has changed.
-  void Move(const SceneSnapshot& snapshot, OrganRenderer* organs);
+  /// Takes the damage. True if it has changed since the last call.
+  bool Follow(const SceneSnapshot& snapshot);
+  /// Raises the rawness of the organs' vertices (MeshRenderer::SetRaw) to that of their layers.
+  void AddRaw(std::vector<std::vector<float>>* raw) const;
 
   /// Draws the fibres into a picture that has just been drawn of `snapshot`.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope);
@@ -48,7 +50,6 @@ class AttachmentRenderer {
                 double px_per_m);
 
   std::vector<Layer> layers_;
-  std::vector<std::vector<float>> raw_;  // of each organ's vertices, 0..2; empty without a layer
   MarkRenderer mark_renderer_;
   Marks fibres_;  // scratch
 };

@@ -157,5 +157,32 @@ TEST_F(Soak, ToolFindsNothingInHalfAMinute) {
   EXPECT_TRUE(json["repeated"]["holds"]["repeats"].get<bool>());
 }
 
+// The exercise with all its instruments: random hands burn and tear, which a replay repeats.
+TEST_F(Soak, ToolFindsNothingInAnExerciseThatTears) {
+  const std::string report = folder_ / "report", out = folder_ / "soak";
+  const std::string scene = kScenes / "gallbladder_removal.toml";
+  const std::string hands =
+      " --hand grasper.depth=0.012 --hand grasper.speed=0.1 --hand hook.depth=0.012 --hand "
+      "hook.speed=0.1 --hand 'hook.target=[0.022, -0.048, -0.006]'";
+  const int exit =
+      Shell("python3 " + (kScenes / ".." / "tools").string() +
+            "/soak.py --clock lockstep --seconds 15 --stretch 5 --seed 1 --hpdm " + kHpdmProgram +
+            hands + " --out " + out + " " + scene + " >" + report + " 2>&1");
+  ASSERT_EQ(exit, 0) << ReadFile(report);
+  EXPECT_NE(ReadFile(report).find("replay    ok"), std::string::npos);
+  LogReader reader(std::filesystem::path(out) / "session" / "session.lcmlog");
+  double dissipated = 0, burnt = 0;
+  for (LogEvent event; reader.Next(&event);) {
+    contact_t contact;
+    if (event.channel != kContactChannel || !DecodeMessage(event.data, &contact)) continue;
+    for (const attachment_outcome_t& layer : contact.attachments) {
+      dissipated = std::max(dissipated, layer.dissipated);
+      burnt = std::max(burnt, layer.burnt_area);
+    }
+  }
+  EXPECT_GT(dissipated, 0);
+  EXPECT_GT(burnt, 0);
+}
+
 }  // namespace
 }  // namespace hpdm
