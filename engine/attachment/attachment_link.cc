@@ -174,6 +174,17 @@ void AttachmentLink::FillColumns(std::span<const BodyInStep> bodies, const Conta
   }
 }
 
+// Adds the modes' displacements by the constant forces. Those of the layers are zero without a weight; with
+// one they nearly cancel those of the ducts, so the sum is not split.
+void AttachmentLink::MoveByConstant() {
+  const Eigen::VectorXd& constant = state_.constant();
+  Eigen::Index layers = constant.size();
+  for (const AttachmentJoint::Duct& duct : joint().ducts()) layers -= 3 * duct.modes();
+  if (!constant.head(layers).isZero(0)) layers = 0;
+  const Eigen::Index others = constant.size() - layers;
+  free_.noalias() -= Compliance().rightCols(others) * constant.tail(others);
+}
+
 void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
   if (round_++ == 0) {
     MoveFrames(bodies);
@@ -183,8 +194,8 @@ void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver
   }
   state_.Refactor();
   free_ = apart_;
-  free_.noalias() -= Compliance() * state_.constant();
-  state_.solver().FindForces(free_, &q_, &w_);
+  MoveByConstant();
+  state_.solver().FindForces(free_, &q_);
   q_ += state_.constant();
   const auto count = static_cast<Eigen::Index>(column_count_);
   for (Eigen::Index e = 0; e < count; ++e) {

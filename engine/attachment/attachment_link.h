@@ -74,6 +74,7 @@ class AttachmentLink final : public BodyLink {
   void FillColumns(std::span<const BodyInStep> bodies, const ContactSolver& solver);
   auto Compliance() const { return joint().compliance().leftCols(w_.size()); }
   void AddFreeDisplacements(std::span<const BodyInStep> bodies);
+  void MoveByConstant();
   void LetGo(std::span<BodyInStep> bodies);
   void FindRelief(std::size_t member);
   void MoveFrames(std::span<const BodyInStep> bodies);

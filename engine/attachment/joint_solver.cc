@@ -13,6 +13,8 @@ using Eigen::Index;
 
 // Diagonal entries that count as zero, over the largest.
 constexpr double kNothing = 1e-14;
+// w over w_0, below which w has lost more digits than it may.
+constexpr double kLeastShare = 1e-6;
 
 // Finds C with A = C C^T for a positive semi-definite A, whose lower triangle is read. The largest diagonal
 // entry of what is left comes next, so what is left out in the end is as small as these entries: a free
@@ -281,10 +283,7 @@ void JointSolver::SetRootForces(const Eigen::Ref<const FewColumns>& z,
   }
 }
 
-// The solution has C^T w = z with q = C z.
-void JointSolver::FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q,
-                             Eigen::VectorXd* w) const {
-  const auto G = joint_->compliance().leftCols(unknowns_);
+void JointSolver::FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q) const {
   one_.setZero();
   one_.col(0) = w_0;
   BeginSolution(one_);
@@ -294,21 +293,31 @@ void JointSolver::FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q,
     q_.col(0).tail(duct_unknowns_) = duct_stiffness_.lazyProduct(moved_);
   }
   EndSolution(q_);
-  auto z = y_.topRows(rank_), error = step_.topRows(rank_);
   *q = q_.col(0);
+}
+
+void JointSolver::FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q,
+                             Eigen::VectorXd* w) const {
+  FindForces(w_0, q);
   *w = w_0;
-  w->noalias() -= G * *q;
+  w->noalias() -= joint_->compliance().leftCols(unknowns_) * *q;
+  if (w->norm() < kLeastShare * w_0.norm()) Refine(q, w);
+  w->tail(duct_unknowns_) = moved_;
+}
+
+// Follows FindForces(w_0, q), which leaves z in y_. The solution has C^T w = z with q = C z.
+void JointSolver::Refine(Eigen::VectorXd* q, Eigen::VectorXd* w) const {
+  const auto B = factor_.topLeftCorner(rank_, rank_);
+  auto error = step_.topRows(rank_);
   one_.col(0) = *w;
   MultiplyRoots(one_, error, rank_);
-  error -= z;
-  const auto B = factor_.topLeftCorner(rank_, rank_);
+  error -= y_.topRows(rank_);
   SolveLower(B, error);
   SolveLowerTransposed(B, error);
   q_.setZero();
   SetRootForces(error, q_);
   *q += q_.col(0);
-  w->noalias() -= G * q_.col(0);
-  w->tail(duct_unknowns_) = moved_;
+  w->noalias() -= joint_->compliance().leftCols(unknowns_) * q_.col(0);
 }
 
 }  // namespace hpdm

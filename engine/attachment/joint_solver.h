@@ -54,12 +54,15 @@ class JointSolver {
 
   /// Computes q (3r x 8) of w_0 (3r x 8).
   void FindForces(const Eigen::Ref<const FewColumns>& w_0, Eigen::Ref<FewColumns> q) const;
-  /// Computes q and w (3r) of w_0. Where soft organs would move far and layers hold them, w is a small
-  /// difference of w_0 and G q: a step of iterative refinement keeps its digits. The ducts' part of w is
-  /// solved for, so q is R w there to the last digits.
+  /// Computes q (3r) of w_0. The ducts' part of w is solved for, so q is R w there to the last digits.
+  void FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q) const;
+  /// The same with w. Where soft organs would move far and layers hold them, w is a small difference of
+  /// w_0 and G q: a step of iterative refinement keeps its digits.
   void FindForces(const Eigen::VectorXd& w_0, Eigen::VectorXd* q, Eigen::VectorXd* w) const;
 
  private:
+  void Refine(Eigen::VectorXd* q, Eigen::VectorXd* w) const;
+
   /// C of a layer in its rows. `axes`: 1, or 3 if C is the same along each.
   struct Root {
     Eigen::MatrixXd stiffness;  // as filled

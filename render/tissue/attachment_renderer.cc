@@ -31,11 +31,12 @@ float RawnessOf(float damage, float burnt) {
 std::vector<int> NearestSamples(const AttachmentBed& bed, std::size_t side,
                                 const Points& vertices_W) {
   std::vector<int> nearest(static_cast<std::size_t>(vertices_W.rows()), -1);
+  if (bed.law.leaf) return nearest;  // it leaves no raw surface
   for (Eigen::Index v = 0; v < vertices_W.rows(); ++v) {
     Eigen::Index i = 0;
     const double squared =
         (bed.points_W[side].rowwise() - vertices_W.row(v)).rowwise().squaredNorm().minCoeff(&i);
-    if (squared > kBedReach * kBedReach * bed.Footprint(static_cast<int>(i))) continue;
+    if (squared > kBedReach * kBedReach * bed.areas[i]) continue;
     nearest[static_cast<std::size_t>(v)] = static_cast<int>(i);
   }
   return nearest;
