@@ -65,7 +65,8 @@ JointSolver::JointSolver(std::shared_ptr<const AttachmentJoint> joint)
       duct_stiffness_(duct_compliance_),
       duct_factor_(duct_unknowns_),
       duct_forces_(Eigen::MatrixXd::Zero(duct_unknowns_, duct_unknowns_)),
-      product_(unknowns_ - duct_unknowns_, FullGroups(unknowns_) + kFewColumns),
+      product_(
+          RowMajorMatrix::Zero(unknowns_ - duct_unknowns_, FullGroups(unknowns_) + kFewColumns)),
       transposed_(unknowns_, FullGroups(unknowns_ - duct_unknowns_)),
       y_(unknowns_, kFewColumns),
       w_(unknowns_, kFewColumns),
@@ -112,6 +113,7 @@ void JointSolver::SpreadOverAxes(std::size_t layer) {
 
 void JointSolver::TakeLayer(std::size_t layer) {
   Root& root = roots_[layer];
+  root.changed = true;
   auto C = root_.topLeftCorner(root.size, root.size);
   root.rank = FindRoot(RoomOf(layer), C, rest_.head(root.size));
   root.columns.topLeftCorner(root.size, root.rank) = C.leftCols(root.rank);
@@ -132,12 +134,13 @@ Eigen::MatrixXd JointSolver::StiffnessOf(std::size_t layer) const {
   return spread;
 }
 
-// Y = C^T X, for the layers that begin in the first `rows` of Y.
+// Y = C^T X, for the layers that begin in the first `rows` of Y. `changed_only`: of these the changed.
 void JointSolver::MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
-                                Index rows) const {
+                                Index rows, bool changed_only) const {
   for (std::size_t l = 0; l < roots_.size(); ++l) {
     const Root& root = roots_[l];
     if (root.first >= rows) break;
+    if (changed_only && !root.changed) continue;
     MultiplyAxes(root.transposed.topLeftCorner(root.rank, root.size), root.axes,
                  X.data() + 3 * joint_->layers()[l].first_mode * X.outerStride(), X.outerStride(),
                  Y.data() + root.first * Y.outerStride(), Y.outerStride());
@@ -147,15 +150,17 @@ void JointSolver::MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Re
 void JointSolver::FactorLayers() {
   rank_ = 0;
   for (Root& root : roots_) {
+    root.changed = root.changed || root.first != rank_;
     root.first = rank_;
-    rank_ += root.axes * root.rank;
+    rank_ += root.columns_of_C();
   }
   const RowMajorMatrix& G = joint_->compliance();
   for (Index column = 0; column < unknowns_; column += kFewColumns) {
     MultiplyRoots(G.middleCols<kFewColumns>(column), product_.middleCols<kFewColumns>(column),
-                  rank_);
+                  rank_, true);
   }
   const Index layers = unknowns_ - duct_unknowns_;
+  for (Root& root : roots_) root.changed = false;
   transposed_.topLeftCorner(layers, rank_) = product_.topLeftCorner(rank_, layers).transpose();
   transposed_.block(0, rank_, layers, FullGroups(rank_) - rank_).setZero();
   // The rows of the symmetric B are written as columns of its lower triangle.

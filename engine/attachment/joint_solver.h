@@ -70,10 +70,12 @@ class JointSolver {
     Eigen::Index size = 0, rank = 0;
     int axes = 1;
     Eigen::Index first = 0;  // column of C
+    bool changed = true;     // its rows of product_ are to be computed
+    Eigen::Index columns_of_C() const { return axes * rank; }
   };
 
   void MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
-                     Eigen::Index rows) const;
+                     Eigen::Index rows, bool changed_only = false) const;
   void CondenseLayers();
   void BeginSolution(const Eigen::Ref<const FewColumns>& w_0) const;
   void EndSolution(Eigen::Ref<FewColumns> q) const;
@@ -89,7 +91,7 @@ class JointSolver {
   Eigen::MatrixXd duct_stiffness_;                           // R_d
   Eigen::PartialPivLU<Eigen::MatrixXd> duct_factor_;         // of 1 + S R_d
   Eigen::MatrixXd duct_forces_;                              // T
-  WorkMatrixOf<RowMajorMatrix> product_;                     // C^T G
+  RowMajorMatrix product_;                                   // C^T G
   WorkMatrixOf<RowMajorMatrix> transposed_;                  // G C of the layers' modes
   mutable WorkMatrixOf<FewColumns> y_, w_, one_, q_, step_;  // scratch
   mutable Eigen::VectorXd moved_;                            // of the ducts' modes, scratch
