@@ -38,10 +38,10 @@ FullStiffness StiffnessAtRest(const ElasticEnergy& energy) {
 
 // Each step solves the contact problem of the quadratic model at U with H for the inverse Hessian:
 //     d = -H g + H B^T f,   contacts hold at U + d.
-// The first step is taken whole, so the contacts hold after it. The later ones are as long as the
-// potential falls: E less the work of the contacts' forces, which go from those of the last iteration
-// to the new ones. Without that work a step that yields to an indentation or to another organ seems to
-// climb.
+// The first step is taken whole, so the contacts hold after it, unless the energy there is beyond all
+// numbers. The later ones are as long as the potential falls: E less the work of the contacts' forces,
+// which go from those of the last iteration to the new ones. Without that work a step that yields to an
+// indentation or to another organ seems to climb.
 class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
  public:
   NewtonRelaxation(const ElasticEnergy& energy, FullStiffness K, const NewtonOptions& options,
@@ -352,7 +352,10 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     for (; length > kLeastLength; length /= 2) {
       trial_ = at_ + length * step_;
       value = energy_.Gradient(trial_, &trial_gradient_);
-      if (result_.iterations == 0) break;
+      if (result_.iterations == 0) {
+        if (std::isfinite(value) || !step_.allFinite()) break;
+        continue;
+      }
       const double done = length * work + length * length / 2 * (new_work - work);
       if (value - value_ - done <= kSufficient * length * slope + slack) break;
       // Near the minimum, round-off hides the energy's change before it hides its slope.
