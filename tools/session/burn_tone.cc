@@ -2,7 +2,10 @@
 
 #include <cmath>
 #include <cstdint>
+#include <cstdlib>
+#include <filesystem>
 #include <numbers>
+#include <system_error>
 #include <vector>
 
 namespace hpdm {
@@ -11,7 +14,20 @@ namespace {
 constexpr int kRate = 44100;          // Hz
 constexpr int kSamples = kRate / 10;  // whole periods, so that it repeats without a click
 
+// False if there is neither a sound card nor a sound server: libraries would say so in ten lines.
+bool MayHaveOutput() {
+  if (std::getenv("ALSOFT_DRIVERS") != nullptr || std::getenv("PULSE_SERVER") != nullptr)
+    return true;
+  const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
+  std::error_code none;
+  return std::filesystem::exists("/dev/snd", none) ||
+         (runtime != nullptr &&
+          std::filesystem::exists(std::filesystem::path(runtime) / "pulse/native", none));
+}
+
 }  // namespace
+
+BurnTone::BurnTone() : BurnTone(MayHaveOutput() ? alcOpenDevice(nullptr) : nullptr, nullptr) {}
 
 BurnTone::BurnTone(ALCdevice* device, const ALCint* attributes) : device_(device) {
   if (device_ == nullptr) {

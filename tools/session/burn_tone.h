@@ -15,7 +15,7 @@ class BurnTone {
   static constexpr double kAmplitude = 0.2;  ///< Of full scale.
 
   /// Opens the machine's sound output. Without one the tone is silent; failure() says why.
-  BurnTone() : BurnTone(alcOpenDevice(nullptr), nullptr) {}
+  BurnTone();
   /// Takes an open device over, or none. `attributes`: those of alcCreateContext.
   BurnTone(ALCdevice* device, const ALCint* attributes);
   ~BurnTone();
