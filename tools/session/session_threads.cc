@@ -70,16 +70,19 @@ void PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
     if (has_window && loops.window->lost()) {
       loops.window->Resume();
       has_window = false;
+      if (loops.tone != nullptr) loops.tone->Sound(false);
     }
     if (has_window) {
       loops.window->Pump(kWindowPeriod);
-      if (loops.tone != nullptr) loops.tone->Sound(loops.render.burns());
+      const bool burns = loops.render.burns() && !loops.window->paused();
+      if (loops.tone != nullptr) loops.tone->Sound(burns);
       ended = loops.window->ended() || loops.signals.WaitFor(0);
     } else {
       loops.exchanges->Advance(clock.Now(), &loops.session.control);
       ended = loops.signals.WaitFor(20'000'000);
     }
   }
+  if (loops.tone != nullptr) loops.tone->Sound(false);
 }
 
 void End(std::jthread* thread) {

@@ -43,6 +43,7 @@ class TrainerWindow {
   /// Ends a pause after the window is lost, when no key can end it.
   void Resume();
 
+  bool paused() const { return input_.control().paused; }
   bool ended() const { return input_.ended(); }  ///< The user ended the session.
   bool lost() const { return window_.lost(); }   ///< The connection to the display is lost.
 
