@@ -21,9 +21,9 @@ namespace hpdm {
 /// stretches it in the second order, so it carries nothing either. The damage begins at
 /// delta_0 = strength L / young and is full at delta_f = 2 toughness / strength.
 struct CohesiveLaw {
-  /// Of a layer.
+  /// Makes the law of a layer.
   explicit CohesiveLaw(const AttachmentOptions& attachment);
-  /// Of a leaf that spans `length` (m).
+  /// Makes the law of a leaf that spans `length` (m).
   CohesiveLaw(const AttachmentOptions& attachment, double length);
 
   /// Returns the effective displacement, m.

@@ -32,7 +32,7 @@ struct Status {
   Isometry3d X_WC = Isometry3d::Identity();  ///< The camera's pose, x to the right.
   std::string screenshot = {};  ///< "saved NAME" for a while after a screenshot; else empty.
   const PictureMarks* marks = nullptr;  ///< Of a teacher; null: none.
-  /// Of each tool's tip, 0..1 of the picture from its left and top; none: behind the lens.
+  /// Where each tool's tip is, 0..1 of the picture from its left and top. None: it is behind the lens.
   std::array<std::optional<Eigen::Vector2d>, kMaxInstruments> tips = {};
   double aspect = 4.0 / 3;  ///< Width of the picture over its height.
 };

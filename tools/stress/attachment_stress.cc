@@ -64,7 +64,7 @@ class WorkOfMotion {
   Vector3d offset_W_ = Vector3d::Zero(), load_W_ = Vector3d::Zero();
 };
 
-// Of a block that moves by 15 mm.
+// `block` moves by 15 mm.
 StressCase TornFast(const char* name, const char* title, const LayeredBlock& block) {
   return PartCase(
       name, title, {"step", "mm", 0.05, 5, 15},
