@@ -3,12 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
 
 #include "engine/base/check.h"
+#include "engine/step/present_compliances.h"
 
 namespace hpdm {
 namespace {
@@ -207,6 +207,7 @@ const ToolState& DeformationLoop::SanitisedTools(const ToolState& given) {
 
 void DeformationLoop::Collide(const ToolState& tools) {
   for (OrganStep& organ : organs_) organ.Begin(tools.time_ns);
+  const PresentCompliances compliances(links(), &attached_work_, &organs_);  // for closing jaws
   // No tool has a pose before the haptic loop's first tick.
   HPDM_CHECK(tools.tool_count <= static_cast<int>(trackers_.size()));
   for (int t = 0; t < tools.tool_count; ++t) {
@@ -293,21 +294,10 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
   for (OrganStep& organ : organs_) organ.state().tips.Clear();
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddTips(&organs_);
   for (int t = 0; t < tools.tool_count; ++t) trackers_[t].AddShaftTips(&organs_);
-  std::array<std::optional<AttachedCompliance>, kMaxOrgans> attached;
+  const PresentCompliances compliances(links(), &attached_work_, &organs_);
   for (std::size_t o = 0; o < organs_.size(); ++o) {
     OrganState& state = organs_[o].state();
-    state.present_compliance = state.relaxation->compliance();
-    if (state.present_compliance == nullptr) continue;
-    for (const AttachmentLink& link : links()) {
-      const int member = link.joint().MemberOf(static_cast<int>(o));
-      if (member < 0) continue;
-      const bool let_go = link.HasLetGo(ToSize(member));
-      if (let_go && !link.HasDucts(ToSize(member))) continue;
-      state.present_compliance = &attached[o].emplace(
-          *state.relaxation->compliance(), link.state(), member, &attached_work_,
-          let_go ? state.relaxation->Rotation() : Matrix3d::Identity());
-    }
-    if (state.tips.size() == 0) continue;
+    if (state.present_compliance == nullptr || state.tips.size() == 0) continue;
     const LatticeCompliance& free = *state.present_compliance;
     const JointRelaxation::Hold& held = joint_relaxation_.HoldOn(o);
     // A rejected step has removed its rows.
@@ -325,7 +315,6 @@ void DeformationLoop::BuildContactPatch(const ToolState& tools) {
     duct_actions_.FillPatch(t, tools.tools[t], joint_relaxation_.links(), organs_, &patch.tools[t]);
     for (ToolPatch& place : patch.tools[t].places) place.time_ns = tools.time_ns;
   }
-  for (OrganStep& organ : organs_) organ.state().present_compliance = nullptr;
 }
 
 void DeformationLoop::FillSample(const ToolState& tools) {

@@ -56,8 +56,8 @@ struct OrganState {
 
   TipCompliance tips;     ///< Tips on the organ. Filled when the contact patches are built.
   bool attached = false;  ///< Layers hold the organ: `relaxation` does not know of them.
-  /// While contact patches are built: the compliance with the layers' present damage, or else that of
-  /// `relaxation`; null without a compliance.
+  /// While tools are tracked and contact patches are built: the compliance with the layers' present
+  /// damage, or else that of `relaxation`; null without a compliance (PresentCompliances).
   const LatticeCompliance* present_compliance = nullptr;
   /// Self-compliance of each vertex at rest, m/N: V symmetric 3 x 3; empty without a compliance.
   /// Constant; with the undamaged layers.

@@ -179,7 +179,7 @@ void Grasp::PlaceTargets(const ToolPose& tool, const TipPress& press, const Vect
   const auto rows = lattice_rows_.topLeftCorner(rows_, columns);
   auto moved = moved_.head(3 * columns);
   moved.setZero();
-  const LatticeCompliance* compliance = state->relaxation->compliance();
+  const LatticeCompliance* compliance = state->present_compliance;
   const bool keeps_force = compliance != nullptr && !force_W.isZero(0);
   if (keeps_force) {
     auto change = state->tips.ScratchRow();
