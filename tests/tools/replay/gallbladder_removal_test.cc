@@ -67,6 +67,28 @@ TEST_F(GallbladderRemoval, ASurgeonDoesItCleanly) {
   EXPECT_EQ(surgeon_.result().score, 100) << "before the target time";
 }
 
+// By itself, on its weak spring, the gallbladder would yield by metres for a newton.
+TEST_F(GallbladderRemoval, JawsThatCloseOnAPressKeepItsForce) {
+  const LockstepSession before = session_;
+  const auto left = [this] { return session_.tools()[RemovalSurgeon::kLeft]; };
+  for (const Vector3d& place_W :
+       {Vector3d(0.0225, -0.1, 0.0152), Vector3d(0.015, -0.105, 0.015), Vector3d(0, -0.1, 0.02)}) {
+    for (const Vector3d& from_W : {Vector3d(-0.03, -0.12, 0.04), Vector3d(0.03, -0.09, 0.06)}) {
+      session_ = before;
+      RemovalSurgeon surgeon(&session_);
+      surgeon.Move(RemovalSurgeon::kLeft, from_W, 0.2);
+      surgeon.Move(RemovalSurgeon::kLeft, place_W, 0.05);
+      surgeon.Step(30);
+      const Vector3d pressed(left().force.data());
+      EXPECT_GT(pressed.norm(), 0.1);
+      surgeon.Jaws(RemovalSurgeon::kLeft, 0);
+      EXPECT_EQ(left().kind, static_cast<int>(ContactKind::kGrasp));
+      const Vector3d held(left().force.data());
+      EXPECT_NEAR(held.norm(), pressed.norm(), 0.05 * pressed.norm()) << place_W << from_W;
+    }
+  }
+}
+
 TEST_F(GallbladderRemoval, TheLogAndItsReplayJudgeClipsAndCutsAsTheSessionDid) {
   const ScratchFolder folder;
   SessionRecorder recorder(session_.model(), folder / "session", false);
