@@ -186,13 +186,16 @@ void AttachmentLink::MoveByConstant() {
 }
 
 void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
-  if (round_++ == 0) {
+  const bool first = round_++ == 0;
+  if (first) {
     MoveFrames(bodies);
     FillColumns(bodies, *solver);
     AddFreeDisplacements(bodies);
     apart_ += relief_;
+    state_.Refactor();
+  } else {
+    state_.RefactorOrDefer(w_);
   }
-  state_.Refactor();
   free_ = apart_;
   MoveByConstant();
   state_.solver().FindForces(free_, &q_);

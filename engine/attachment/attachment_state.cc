@@ -13,6 +13,8 @@ namespace {
 
 // A change of damage that does not change a step's forces.
 constexpr double kSettled = 1e-4;
+// The largest change of a sample's damage that is not taken into R within a step.
+constexpr double kMostDeferred = 0.02;
 
 // Returns a sample's stiffness, Pa/m.
 Matrix3d StiffnessOf(const AttachmentBed& bed, int sample, double damage, bool closed) {
@@ -126,21 +128,68 @@ void AttachmentState::Refactor() {
   const bool changed = std::ranges::find(changed_, 1) != changed_.end();
   if (!changed && !ducts_changed_) return;
   if (changed) AddLayers();
+  AddConstants();
+  AddDucts();
+  std::ranges::fill(changed_, 0);
+}
+
+void AttachmentState::AddDucts() {
   solver_.TakeDucts(now_.ducts);
   for (std::size_t d = 0; d < now_.ducts.size(); ++d) {
     const Eigen::Index at = 3 * joint_->ducts()[d].first_mode;
     constant_.segment(at, now_.ducts[d].unknowns()) = now_.ducts[d].constant();
   }
-  std::ranges::fill(changed_, 0);
   ducts_changed_ = false;
 }
 
-// Takes the layers' stiffness and constant forces.
+void AttachmentState::RefactorOrDefer(const Eigen::VectorXd& w) {
+  for (std::size_t i = 0; i < now_.damage.size(); ++i) {
+    const double d = now_.damage[i], d_0 = factored_damage_[i];
+    const bool flipped = d_0 > 0 && now_.closed[i] != factored_closed_[i];
+    if (flipped || d - d_0 > kMostDeferred || (d >= 1 && d_0 < 1)) return Refactor();
+  }
+  AddConstants();
+  AddDeferred(w);
+  AddDucts();
+}
+
+// Adds the forces at w of what has changed since R was factored.
+void AttachmentState::AddDeferred(const Eigen::VectorXd& w) {
+  std::size_t at = 0;
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
+    const AttachmentJoint::Layer& layer = joint_->layers()[l];
+    for (int i = 0; i < layer.bed.size(); ++i, ++at) {
+      const double d = now_.damage[at], d_0 = factored_damage_[at];
+      const bool closed = now_.closed[at] != 0, closed_0 = factored_closed_[at] != 0;
+      if (d == d_0 && closed == closed_0) continue;
+      const Vector3d force =
+          layer.bed.areas[i] *
+          ((StiffnessOf(layer.bed, i, d, closed) - StiffnessOf(layer.bed, i, d_0, closed_0)) *
+           DisplacementOf(layer, i, w));
+      for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
+        constant_.segment<3>(3 * (layer.first_mode + j)) += layer.samples(j, i) * force;
+      }
+    }
+  }
+}
+
+// Takes the layers' stiffness.
 void AttachmentState::AddLayers() {
-  constant_.setZero();
   std::size_t first = 0;
   for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
     if (changed_[l] != 0) FillStiffness(l, first);
+    first += ToSize(joint_->layers()[l].bed.size());
+  }
+  factored_damage_ = now_.damage;
+  factored_closed_ = now_.closed;
+  solver_.FactorLayers();
+}
+
+// Takes the constant forces of the layers.
+void AttachmentState::AddConstants() {
+  constant_.setZero();
+  std::size_t first = 0;
+  for (std::size_t l = 0; l < joint_->layers().size(); ++l) {
     const AttachmentJoint::Layer& layer = joint_->layers()[l];
     for (int i = 0; i < layer.bed.size() && borne_.rows() > 0; ++i) {
       const auto sample = static_cast<Eigen::Index>(first) + i;
@@ -157,7 +206,6 @@ void AttachmentState::AddLayers() {
     }
     first += ToSize(layer.bed.size());
   }
-  solver_.FactorLayers();
 }
 
 // Fills a layer's block of R. Samples respond alike along all axes, unless they are damaged and closed,

@@ -51,6 +51,9 @@ class AttachmentState {
   /// Takes the damage and the ducts' tangents into the stiffness R, if they have changed. Needed before
   /// solver() is used.
   void Refactor();
+  /// The same, but where no sample's damage has changed much since the last time, its change acts as
+  /// constant forces at the displacements w, and R takes the ducts alone. The next Refactor() takes the rest.
+  void RefactorOrDefer(const Eigen::VectorXd& w);
   /// The response with the present stiffness R.
   const JointSolver& solver() const { return solver_; }
   /// 3r, N: the forces at w = 0, besides R w. The part of the weight that the damaged layers no longer
@@ -98,6 +101,9 @@ class AttachmentState {
   }
   void BearWeight();
   void AddLayers();
+  void AddConstants();
+  void AddDucts();
+  void AddDeferred(const Eigen::VectorXd& w);
   void FillStiffness(std::size_t layer, std::size_t first_sample);
   Vector3d BorneBy(std::size_t sample) const {
     if (borne_.rows() == 0) return Vector3d::Zero();
@@ -111,6 +117,9 @@ class AttachmentState {
   JointSolver solver_;
   Eigen::VectorXd constant_;
   std::vector<char> changed_;  // of each layer: its part of R is to be computed
+  // Of each sample, as R has them.
+  std::vector<double> factored_damage_;
+  std::vector<char> factored_closed_;
   bool ducts_changed_ = true;
 };
 

@@ -141,7 +141,7 @@ class RemovalSurgeon : public ScriptedHands {
       if (done() < before + 2) return done();
     }
     Exchange(kHook);
-    Lift(0.004);
+    Lift(0.006);
     Burn(kRest);
     BackOff();
     TakeOut();

@@ -274,7 +274,7 @@ TEST(FreeOrganOnDuct, HangsOnJawsThatHoldItsStump) {
   const BlockOnDucts block;
   OrganBench bench;
   block.Start(&bench);
-  const double low = 0.008, high = 0.022;  // m, on the ducts
+  const double low = 0.010, high = 0.022;  // m, on the ducts
   bench.Step(std::array{block.Jaws(1, low, 1, 2), None()});
   const ToolPose jaws = block.Jaws(1, low, 0.05, 2);
   bench.Step(std::array{jaws, None()});
