@@ -15,6 +15,12 @@ std::vector<int> VertexCounts(const std::vector<OrganVisual>& organs) {
   return counts;
 }
 
+std::vector<Triangles> TrianglesOf(const std::vector<OrganVisual>& organs) {
+  std::vector<Triangles> triangles;
+  for (const OrganVisual& organ : organs) triangles.push_back(organ.rest->triangles);
+  return triangles;
+}
+
 }  // namespace
 
 SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
@@ -24,7 +30,7 @@ SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
                              const std::vector<DuctVisual>& ducts)
     : organs_(organs, options.levels, options.shadows),
       instruments_(instruments),
-      burns_(VertexCounts(organs)),
+      burns_(TrianglesOf(organs), VertexCounts(organs)),
       has_raw_(organs.size(), false),
       cavity_(background),
       overlays_(organs) {

@@ -12,7 +12,8 @@ ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
       watches_(options_.errors.size()),
       judge_(options_.ducts, options_.clips_that_stay),
       torn_(options_.errors.size(), 0),
-      bleedings_counted_(options_.errors.size()) {}
+      bleedings_counted_(options_.errors.size()),
+      perforations_judged_(options_.errors.size(), 0) {}
 
 void ExerciseEvaluator::Add(const StepSample& sample) {
   if (result_.ended) return;
@@ -21,6 +22,9 @@ void ExerciseEvaluator::Add(const StepSample& sample) {
   const double dt = ToSeconds(sample.step.time_ns - last_ns_);
   last_ns_ = sample.step.time_ns;
   result_.time = ToSeconds(sample.step.time_ns - start_ns_);
+  for (std::size_t t = 0; t < instruments_.size(); ++t) {
+    instruments_[t] = sample.tools[t].instrument_index;
+  }
   AdvanceBleedings(sample);
   FindErrors(sample, dt);
   for (int t = 0; t < sample.tool_count; ++t) JudgeAction(sample, t);
@@ -127,6 +131,9 @@ void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
         break;  // JudgeAction()
       case ExerciseErrorKind::kBleeding:
         FindBleedings(rule);
+        break;
+      case ExerciseErrorKind::kPerforation:
+        FindPerforations(sample, rule);
         break;
     }
   }
@@ -339,12 +346,51 @@ void ExerciseEvaluator::FindBleedings(std::size_t rule) {
   }
 }
 
+void ExerciseEvaluator::AddPerforation(Nanoseconds time_ns, int organ) {
+  if (perforations_.size() < kMaxErrors) perforations_.push_back({time_ns, organ});
+}
+
+// A perforation belongs to the energised hook on the organ, or else to another tip on it, in this step
+// or in the last: the wall is judged by the contacts of the last step.
+void ExerciseEvaluator::FindPerforations(const StepSample& sample, std::size_t rule) {
+  const int organ = options_.errors[rule].organ;
+  std::size_t& judged = perforations_judged_[rule];
+  for (; judged < perforations_.size(); ++judged) {
+    const Perforation& perforation = perforations_[judged];
+    if (perforation.time_ns >= sample.step.time_ns) break;
+    if (organ >= 0 && perforation.organ != organ) continue;
+    int hand = -1;
+    bool burns = false;
+    SolvedContact at;
+    for (int t = 0; t < sample.tool_count; ++t) {
+      const auto h = static_cast<std::size_t>(t);
+      const bool hot = IsHook(sample, t) && sample.tools[h].pedal;
+      for (const SolvedContact& contact : {sample.contacts[h], last_contacts_[h]}) {
+        const bool presses =
+            contact.organ == perforation.organ && contact.kind == ContactKind::kPress;
+        if (!presses || (hand >= 0 && (burns || !hot))) continue;
+        hand = t;
+        burns = hot;
+        at = contact;
+      }
+    }
+    AddError(rule, hand, perforation.organ, at.contact_W, at.force_on_tissue_W.norm());
+  }
+}
+
 bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W,
                                  double force, int duct) {
   if (result_.errors.size() >= kMaxErrors) return false;
-  result_.errors.push_back({static_cast<int>(rule), result_.time,
-                            static_cast<int>(result_.step_times.size()), hand, organ, place_W,
-                            force, duct});
+  result_.errors.push_back(
+      {.rule = static_cast<int>(rule),
+       .time = result_.time,
+       .step = static_cast<int>(result_.step_times.size()),
+       .hand = hand,
+       .instrument_index = hand < 0 ? 0 : instruments_[static_cast<std::size_t>(hand)],
+       .organ = organ,
+       .place_W = place_W,
+       .force = force,
+       .duct = duct});
   points_ += options_.errors[rule].points;
   return true;
 }

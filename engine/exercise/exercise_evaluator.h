@@ -16,6 +16,7 @@ struct ExerciseError {
   double time = 0;                      ///< s since the exercise began.
   int step = 0;                         ///< Step of the exercise.
   int hand = -1;                        ///< -1: none.
+  int instrument_index = 0;             ///< Of that hand, as in ToolPose.
   int organ = -1;                       ///< -1: none.
   Vector3d place_W = Vector3d::Zero();  ///< m.
   double force = 0;  ///< N: of that hand on tissue; of kForce the largest until it is below.
@@ -46,9 +47,10 @@ struct ExerciseResult {
 ///     session:  StepSample queue --> telemetry loop --> [evaluator] --> display, end
 ///     log:      HPDM_CONTACT ------------------------> [evaluator] --> report
 ///
-/// Besides it takes the times of the log's events kBleeding. An event may come before or after the steps
-/// of that time: the log writes a step once a tick has used it, so only times decide. Each clip that holds
-/// a duct stops the oldest bleeding that began before its step.
+/// Besides it takes the log's events kBleeding and kPerforated with their times. An event may come before or
+/// after the steps of that time: the log writes a step once a tick has used it, so only times decide.
+/// Each clip that holds a duct stops the oldest bleeding that began before its step. A perforation is
+/// judged at the first step after its event.
 ///
 /// The exercise begins with the first step. Forces are those on tissue at the steps; a peak between
 /// two steps is not seen. An error counts once until its condition has ended.
@@ -77,6 +79,8 @@ class ExerciseEvaluator {
   /// before it has been added.
   void AddBleeding(Nanoseconds time_ns);
   int BleedingsStopped() const;
+  /// A lumen of this organ begins to leak at this session time. Times as of AddBleeding.
+  void AddPerforation(Nanoseconds time_ns, int organ);
 
   const ExerciseOptions& options() const { return options_; }
   const ExerciseResult& result() const { return result_; }
@@ -103,6 +107,7 @@ class ExerciseEvaluator {
   void FindInversion(const StepSample& sample, std::size_t rule);
   void AdvanceBleedings(const StepSample& sample);
   void FindBleedings(std::size_t rule);
+  void FindPerforations(const StepSample& sample, std::size_t rule);
   bool AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W, double force,
                 int duct = -1);
   double ProgressOf(const ExerciseStepOptions& step, const StepSample& sample) const;
@@ -122,7 +127,14 @@ class ExerciseEvaluator {
   std::vector<double> torn_;                          // of each rule, m^2: counted so far
   std::vector<Nanoseconds> bleedings_ns_;             // begins, session time
   std::vector<std::vector<bool>> bleedings_counted_;  // of each rule, each bleeding
+  struct Perforation {
+    Nanoseconds time_ns = 0;  // session time
+    int organ = -1;
+  };
+  std::vector<Perforation> perforations_;
+  std::vector<std::size_t> perforations_judged_;  // of each rule, their number
   std::array<SolvedContact, kMaxInstruments> last_contacts_;
+  std::array<int, kMaxInstruments> instruments_{};  // that the hands hold, as in ToolPose
 };
 
 }  // namespace hpdm

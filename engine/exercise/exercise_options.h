@@ -67,10 +67,11 @@ enum class ExerciseErrorKind {
   kBadClip,    ///< A clip on a duct is not good, with the angle `limit` rad (duct_judge.h).
   kWrongClip,  ///< A clip is put on another duct than `ducts`, or an applier closes on `organ`.
   kLostClip,  ///< A clip falls. An applier that closes on the `organ` of kWrongClip does not count.
-  kEarlyClip,  ///< A duct is clipped before the step `before` is done.
-  kEarlyCut,   ///< A duct is cut before it.
-  kBadCut,     ///< After a cut, a duct is not cut well (duct_judge.h).
-  kBleeding,   ///< A bleeding that the teacher began has lasted for `limit` s.
+  kEarlyClip,    ///< A duct is clipped before the step `before` is done.
+  kEarlyCut,     ///< A duct is cut before it.
+  kBadCut,       ///< After a cut, a duct is not cut well (duct_judge.h).
+  kBleeding,     ///< A bleeding that the teacher began has lasted for `limit` s.
+  kPerforation,  ///< A lumen of an organ begins to leak.
 };
 
 /// Something that a trainee must avoid. Each time is an error that costs `points`.
@@ -78,7 +79,7 @@ struct ExerciseErrorOptions {
   ExerciseErrorKind kind = ExerciseErrorKind::kForce;
   std::string name = {};              ///< For people: "perforation of the gallbladder".
   double limit = 0;                   ///< As the kind says.
-  int organ = -1;                     ///< -1: any organ (force, burn, drop), or none (wrong clip).
+  int organ = -1;                     ///< -1: any organ, or none (wrong clip).
   int attachment = -1;                ///< -1: all of them (tear).
   std::vector<int> ducts = {};        ///< Those that the kinds for ducts mean; empty: all.
   int before = -1;                    ///< Step of the early kinds.
@@ -97,6 +98,7 @@ struct ExerciseOptions {
   std::vector<ExerciseErrorOptions> errors;
   std::vector<ExerciseTool> hooks;  ///< The scene's hooks.
   std::vector<ExerciseDuct> ducts;  ///< The scene's ducts.
+  std::vector<std::string> organs;  ///< Names of the scene's organs.
   int clips_that_stay = kClipsThatStay;
 };
 

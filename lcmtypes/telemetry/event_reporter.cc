@@ -4,6 +4,8 @@
 #include <cstdio>
 #include <utility>
 
+#include "lcmtypes/telemetry/exercise_events.h"
+
 namespace hpdm {
 namespace {
 
@@ -174,8 +176,8 @@ void EventReporter::AddLumens(const StepSample& sample) {
   const auto count = std::min(lumens_.size(), ToSize(sample.lumen_count));
   for (std::size_t l = 0; l < count; ++l) {
     if (!sample.lumens[l].perforated) continue;
-    AddOnce(&perforated_[l], EventSeverity::kWarning, "lumen.perforated",
-            lumens_[l] + " is perforated and leaks");
+    AddOnce(&perforated_[l], EventSeverity::kWarning, kPerforated.data(),
+            PerforatedText(lumens_[l]));
   }
 }
 

@@ -6,6 +6,7 @@
 #include <thread>
 #include <utility>
 
+#include "lcmtypes/telemetry/exercise_events.h"
 #include "lcmtypes/wire/mesh_codec.h"
 
 namespace hpdm {
@@ -85,10 +86,7 @@ void TelemetryLoop::Drain() noexcept {
   while (options_.frames != nullptr && options_.frames->Pop(&frame)) statistics_.Add(frame);
   LoopEvent event;
   for (SpscQueue<LoopEvent>* events : options_.events) {
-    while (events->Pop(&event)) {
-      events_.Add(event);
-      if (exercise_ && event.name.data() == kBleeding) exercise_->AddBleeding(now_);
-    }
+    while (events->Pop(&event)) events_.Add(event);
   }
   health_.Publish(now_, statistics_.sums(), samples_->Overflows());
   live_.PublishMeshPart(now_);
@@ -123,6 +121,7 @@ void TelemetryLoop::AddEvent(EventSeverity severity, const std::string& name,
   event_.name = name;
   event_.text = text;
   Send(kEventChannel, now_, event_);
+  if (exercise_) AddExerciseEvent(now_, name, text, &*exercise_);
 }
 
 TelemetrySummary TelemetryLoop::Summary() const {

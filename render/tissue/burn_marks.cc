@@ -1,10 +1,14 @@
 #include "render/tissue/burn_marks.h"
 
 #include <algorithm>
+#include <utility>
+
+#include "engine/mesh/closest_point.h"
 
 namespace hpdm {
 
-BurnMarks::BurnMarks(const std::vector<int>& vertices) {
+BurnMarks::BurnMarks(std::vector<Triangles> triangles, const std::vector<int>& vertices)
+    : triangles_(std::move(triangles)) {
   for (const int count : vertices) black_.emplace_back(ToSize(count), 0.0f);
 }
 
@@ -16,16 +20,51 @@ bool BurnMarks::Follow(const SceneSnapshot& snapshot) {
     const SolvedContact& contact = snapshot.contacts[t];
     if (!snapshot.burns[t] || contact.kind != ContactKind::kPress) continue;
     if (contact.organ < 0 || ToSize(contact.organ) >= black_.size()) continue;
-    const OrganSnapshot& organ = snapshot.organs[ToSize(contact.organ)];
-    std::vector<float>& black = black_[ToSize(contact.organ)];
-    const Eigen::RowVector3f p = (contact.contact_W - organ.offset_W).cast<float>();
-    for (std::size_t v = 0; v < black.size(); ++v) {
-      const double distance = (organ.vertices.row(static_cast<Eigen::Index>(v)) - p).norm();
-      if (distance >= kReach || black[v] >= 1) continue;
-      const double added = dt / kTime * (1 - distance / kReach);
-      black[v] = std::min(1.0f, black[v] + static_cast<float>(added));
-      grows = grows || added > 0;
+    const auto organ = ToSize(contact.organ);
+    const Vector3d& p_tip_W = snapshot.tools[t].X_WT.translation();
+    if (Burn(organ, snapshot.organs[organ], p_tip_W, dt)) grows = true;
+  }
+  return grows;
+}
+
+// Lets the mark under a tip grow. The corners of the triangle that it is in turn black by their weights
+// too, so that a mark in the middle of a large triangle is seen.
+bool BurnMarks::Burn(std::size_t organ, const OrganSnapshot& shape, const Vector3d& p_tip_W,
+                     double dt) {
+  const Vector3d p = p_tip_W - shape.offset_W;
+  const auto vertex = [&shape](int v) -> Vector3d {
+    return shape.vertices.row(v).transpose().cast<double>();
+  };
+  const Triangles& triangles = triangles_[organ];
+  double least = kFarthest;
+  Eigen::Index under = -1;
+  TrianglePoint place;
+  for (Eigen::Index f = 0; f < triangles.rows(); ++f) {
+    const Vector3d a = vertex(triangles(f, 0));
+    const Vector3d b = vertex(triangles(f, 1));
+    const Vector3d c = vertex(triangles(f, 2));
+    const Vector3d low = a.cwiseMin(b).cwiseMin(c), high = a.cwiseMax(b).cwiseMax(c);
+    if (((low - p).array() > least).any() || ((p - high).array() > least).any()) continue;
+    const TrianglePoint near = ClosestOnTriangle(p, a, b, c);
+    const double distance = (near.point - p).norm();
+    if (distance >= least) continue;
+    least = distance;
+    under = f;
+    place = near;
+  }
+  if (under < 0) return false;
+  std::vector<float>& black = black_[organ];
+  bool grows = false;
+  for (std::size_t v = 0; v < black.size(); ++v) {
+    double share = 1 - (vertex(static_cast<int>(v)) - place.point).norm() / kReach;
+    for (int corner = 0; corner < 3; ++corner) {
+      if (triangles(under, corner) != static_cast<int>(v)) continue;
+      share = std::max(share, place.barycentric[corner]);
     }
+    const double added = dt / kTime * share;
+    if (added <= 0 || black[v] >= 1) continue;
+    black[v] = std::min(1.0f, black[v] + static_cast<float>(added));
+    grows = true;
   }
   return grows;
 }

@@ -12,9 +12,28 @@ namespace {
 constexpr int kRings = 2 * kMaxDuctNodes;
 // Half axes of a clipped section, in radii.
 constexpr double kFlat = 0.25, kWide = 1.4;
+constexpr double kTaper = 0.002;  // m: beside a clip the tube is round again
 
 Vector3d NodeOf(const DuctSnapshot& snapshot, int node) {
   return snapshot.nodes_W[ToSize(std::clamp(node, 0, snapshot.nodes - 1))].cast<double>();
+}
+
+bool IsClipped(const DuctSnapshot& snapshot, int segment) {
+  return segment >= 0 && segment + 1 < snapshot.nodes &&
+         snapshot.segments[ToSize(segment)] == SegmentState::kClipped;
+}
+
+// Returns how flat clips press the tube at a node, 0..1.
+double FlatnessAt(const DuctSnapshot& snapshot, int node) {
+  double nearest = kTaper;
+  for (int i = 0; i + 1 < snapshot.nodes; ++i) {
+    if (!IsClipped(snapshot, i)) continue;
+    for (const int end : {i, i + 1}) {
+      nearest = std::min(nearest, (NodeOf(snapshot, node) - NodeOf(snapshot, end)).norm());
+    }
+  }
+  const double share = 1 - nearest / kTaper;
+  return share * share * (3 - 2 * share);
 }
 
 bool IsGap(const DuctSnapshot& snapshot, int segment) {
@@ -55,7 +74,11 @@ SweptTube::SweptTube(const DuctSnapshot& snapshot, double radius) : radius_(radi
   }
 }
 
-void SweptTube::Sweep(const DuctSnapshot& snapshot, PointsF* vertices) const {
+SurfaceMesh SweptTube::Clip() const { return ClipMesh(kFlat * radius_, kWide * radius_); }
+
+void SweptTube::Sweep(const DuctSnapshot& snapshot, PointsF* vertices,
+                      std::vector<Isometry3d>* clips_W) const {
+  if (clips_W != nullptr) clips_W->clear();
   Vector3d across = Vector3d::Zero(), last = Vector3d::Zero();
   for (int ring = 0; ring < kRings; ++ring) {
     const int node = std::min(ring / 2, snapshot.nodes - 1);
@@ -72,11 +95,16 @@ void SweptTube::Sweep(const DuctSnapshot& snapshot, PointsF* vertices) const {
     // The rings that face a gap close the ends.
     const bool closing = ring % 2 == 1 ? IsGap(snapshot, node) : IsGap(snapshot, node - 1);
     const double radius = closing || ring / 2 >= snapshot.nodes ? 0 : radius_;
-    // A clip presses the tube flat.
-    const int of_ring = ring % 2 == 1 ? node : node - 1;
-    const bool clipped =
-        of_ring >= 0 && snapshot.segments[ToSize(of_ring)] == SegmentState::kClipped;
-    const double flat = clipped ? kFlat : 1, wide = clipped ? kWide : 1;
+    if (clips_W != nullptr && ring % 2 == 1 && IsClipped(snapshot, node)) {
+      Isometry3d& X_WC = clips_W->emplace_back(Isometry3d::Identity());
+      const Vector3d next = NodeOf(snapshot, node + 1);
+      const Vector3d z = (next - NodeOf(snapshot, node)).stableNormalized();
+      const Vector3d x = (across - z.dot(across) * z).stableNormalized();
+      X_WC.linear() << x, z.cross(x), z;
+      X_WC.translation() = 0.5 * (NodeOf(snapshot, node) + next);
+    }
+    const double flatness = FlatnessAt(snapshot, node);
+    const double flat = 1 - flatness * (1 - kFlat), wide = 1 + flatness * (kWide - 1);
     for (int side = 0; side < kSides; ++side) {
       const double angle = 2 * std::numbers::pi * side / kSides;
       const Vector3d point = NodeOf(snapshot, node) + radius * (flat * std::cos(angle) * across +
@@ -105,8 +133,18 @@ std::vector<OrganVisual> DuctRenderer::VisualsOf(const std::vector<DuctVisual>& 
   return visuals;
 }
 
+std::vector<SurfaceMesh> DuctRenderer::ClipsOf(const std::vector<SweptTube>& tubes) {
+  std::vector<SurfaceMesh> clips;
+  for (const SweptTube& tube : tubes) clips.push_back(tube.Clip());
+  return clips;
+}
+
 DuctRenderer::DuctRenderer(const std::vector<DuctVisual>& ducts, bool shadows)
-    : tubes_(TubesOf(ducts)), tubes_renderer_(VisualsOf(ducts, tubes_), false, shadows) {
+    : tubes_(TubesOf(ducts)),
+      tubes_renderer_(VisualsOf(ducts, tubes_), false, shadows),
+      clips_renderer_(ClipsOf(tubes_)),
+      clips_W_(tubes_.size()) {
+  for (std::vector<Isometry3d>& clips_W : clips_W_) clips_W.reserve(kMaxDuctNodes);
   for (const DuctVisual& duct : ducts) indices_.push_back(duct.model->index);
   for (const SweptTube& tube : tubes_) {
     OrganSnapshot& shape = shapes_.organs.emplace_back();
@@ -118,10 +156,15 @@ void DuctRenderer::Move(const SceneSnapshot& snapshot, const Laparoscope& scope)
   for (std::size_t d = 0; d < tubes_.size(); ++d) {
     const auto index = ToSize(indices_[d]);
     if (index >= snapshot.ducts.size()) continue;
-    tubes_[d].Sweep(snapshot.ducts[index], &shapes_.organs[d].vertices);
+    tubes_[d].Sweep(snapshot.ducts[index], &shapes_.organs[d].vertices, &clips_W_[d]);
     ++shapes_.organs[d].version;
   }
   tubes_renderer_.Move(shapes_, scope);
+}
+
+void DuctRenderer::Draw(const Occlusion* occlusion) const {
+  tubes_renderer_.Draw(occlusion);
+  clips_renderer_.Draw(clips_W_);
 }
 
 }  // namespace hpdm

@@ -6,6 +6,7 @@
 #include "engine/mesh/surface_mesh.h"
 #include "engine/snapshots.h"
 #include "render/camera/laparoscope.h"
+#include "render/tissue/clip_renderer.h"
 #include "render/tissue/organ_renderer.h"
 
 namespace hpdm {
@@ -26,15 +27,19 @@ class SweptTube {
   SweptTube(const DuctSnapshot& snapshot, double radius);
 
   const SurfaceMesh& rest() const { return rest_; }
-  /// Fills the vertices of the rings (V x 3, m). Allocates nothing.
-  void Sweep(const DuctSnapshot& snapshot, PointsF* vertices) const;
+  /// Fills the vertices of the rings (V x 3, m) and the poses of the clips (ClipMesh; may be null).
+  /// Allocates nothing with room for kMaxDuctNodes clips.
+  void Sweep(const DuctSnapshot& snapshot, PointsF* vertices,
+             std::vector<Isometry3d>* clips_W = nullptr) const;
+  /// Returns the mesh of a clip on the tube.
+  SurfaceMesh Clip() const;
 
  private:
   double radius_;
   SurfaceMesh rest_;
 };
 
-/// Draws ducts as swept tubes with the look of tissue. Render thread only.
+/// Draws ducts as swept tubes with the look of tissue, and their clips as metal. Render thread only.
 class DuctRenderer {
  public:
   /// Throws MachineError if the driver refuses a shader.
@@ -43,18 +48,21 @@ class DuctRenderer {
   /// Moves the tubes to the snapshot's shapes.
   void Move(const SceneSnapshot& snapshot, const Laparoscope& scope);
   void DrawDepth() const { tubes_renderer_.DrawDepth(); }
-  /// Draws the tubes. `occlusion` (of the same frame) may be null.
-  void Draw(const Occlusion* occlusion) const { tubes_renderer_.Draw(occlusion); }
+  /// Draws tubes and clips. `occlusion` (of the same frame) may be null.
+  void Draw(const Occlusion* occlusion) const;
 
  private:
   static std::vector<SweptTube> TubesOf(const std::vector<DuctVisual>& ducts);
   static std::vector<OrganVisual> VisualsOf(const std::vector<DuctVisual>& ducts,
                                             const std::vector<SweptTube>& tubes);
+  static std::vector<SurfaceMesh> ClipsOf(const std::vector<SweptTube>& tubes);
 
   std::vector<int> indices_;  // of each duct in the snapshot
   std::vector<SweptTube> tubes_;
   OrganRenderer tubes_renderer_;
-  SceneSnapshot shapes_;  // one organ for each tube
+  ClipRenderer clips_renderer_;
+  std::vector<std::vector<Isometry3d>> clips_W_;  // of each duct
+  SceneSnapshot shapes_;                          // one organ for each tube
 };
 
 }  // namespace hpdm

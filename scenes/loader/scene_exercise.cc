@@ -186,10 +186,11 @@ constexpr ErrorKind kKinds[] = {
     {ExerciseErrorKind::kEarlyCut, "cut too early", 0},
     {ExerciseErrorKind::kBadCut, "cut outside the clips", 0},
     {ExerciseErrorKind::kBleeding, "bleeding not stopped in time", 20},
+    {ExerciseErrorKind::kPerforation, "perforation of an organ", 0},
 };
-constexpr ExerciseErrorKind kWithOrgan[] = {ExerciseErrorKind::kForce, ExerciseErrorKind::kTear,
-                                            ExerciseErrorKind::kBurn, ExerciseErrorKind::kDrop,
-                                            ExerciseErrorKind::kWrongClip};
+constexpr ExerciseErrorKind kWithOrgan[] = {
+    ExerciseErrorKind::kForce, ExerciseErrorKind::kTear,      ExerciseErrorKind::kBurn,
+    ExerciseErrorKind::kDrop,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kPerforation};
 constexpr ExerciseErrorKind kWithDuct[] = {
     ExerciseErrorKind::kBadClip, ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kEarlyClip,
     ExerciseErrorKind::kEarlyCut, ExerciseErrorKind::kBadCut};
@@ -232,6 +233,19 @@ void ReadNearness(const TableReader& table, ExerciseErrorOptions* error) {
   table.ReadNumber("within", Interval::Positive(1, "m"), &error->within);
 }
 
+// Refuses a perforation that cannot happen.
+void RequireLumen(const TableReader& table, int organ, const Scene& scene) {
+  const auto leaks = [](const OrganOptions& options) {
+    return !options.lumens.empty() && HasLeakingLumens(options);
+  };
+  if (organ >= 0 && !leaks(scene.organs[static_cast<std::size_t>(organ)])) {
+    table.Fail("organ", "has no lumen that can leak", "give it an [[organ.lumen]]");
+  }
+  if (organ < 0 && std::ranges::none_of(scene.organs, leaks)) {
+    table.Fail("needs a lumen that can leak", "give an organ an [[organ.lumen]]");
+  }
+}
+
 ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
                                const std::vector<ExerciseStepOptions>& steps) {
   ExerciseErrorOptions error;
@@ -250,7 +264,8 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
                     {"early_clip", ExerciseErrorKind::kEarlyClip},
                     {"early_cut", ExerciseErrorKind::kEarlyCut},
                     {"cut_outside_clips", ExerciseErrorKind::kBadCut},
-                    {"bleeding", ExerciseErrorKind::kBleeding}},
+                    {"bleeding", ExerciseErrorKind::kBleeding},
+                    {"perforation", ExerciseErrorKind::kPerforation}},
                    &error.kind);
   const ErrorKind& kind = *std::ranges::find(kKinds, error.kind, &ErrorKind::kind);
   error.name = kind.name;
@@ -268,6 +283,7 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
     table.Fail("has neither duct nor organ",
                "name the ducts that may be clipped, or an organ that must not be");
   }
+  if (error.kind == ExerciseErrorKind::kPerforation) RequireLumen(table, error.organ, scene);
   ReadNearness(table, &error);
   if (error.kind == ExerciseErrorKind::kEarlyClip || error.kind == ExerciseErrorKind::kEarlyCut) {
     error.before = ReadBefore(table, steps);
@@ -316,6 +332,7 @@ ExerciseOptions ReadExercise(const TableReader& table, const Scene& scene) {
                "give a target_time below time_limit");
   }
   exercise.ducts = ReadRemoved(table, scene);
+  for (const OrganOptions& organ : scene.organs) exercise.organs.push_back(organ.name);
   table.ReadInteger("stay", 1, 5, &exercise.clips_that_stay);
   table.Require("step", "add at least one [[exercise.step]] table");
   for (const TableReader& step : table.Tables("step", kExerciseStepKeys, kMaxExerciseSteps)) {

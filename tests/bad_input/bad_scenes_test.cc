@@ -516,6 +516,8 @@ void AddExercises(Scenes* s) {
   exercise("with a tear of no attachment", step, "kind='tear'\norgan='liver'\n");
   exercise("with a limit of inversion", step, "kind='inverted'\nlimit=1\n");
   exercise("with a stray burn of an organ", step, "kind='stray_burn'\norgan='liver'\n");
+  exercise("with a perforation of no lumen", step, "kind='perforation'\norgan='liver'\n");
+  exercise("with a perforation of nothing", step, "kind='perforation'\n");
   exercise("with points below zero", step, "kind='force'\npoints=-5\n");
   exercise("that clips no duct", "clip='aorta'\n");
   exercise("that counts clips of nothing", step + "clips=3\n");

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "lcmtypes/telemetry/exercise_events.h"
 #include "lcmtypes/telemetry/telemetry_loop.h"
 #include "tests/support/scratch_folder.h"
 #include "tools/report/metrics/session_metrics.h"
@@ -75,6 +76,22 @@ class MadeSession {
     steps_.Push(sample);
     telemetry_.Drain();
   }
+  /// A step with the lumens' states, whose first instrument presses an organ with its pedal pressed.
+  void LumenStep(const std::vector<LumenOutcome>& lumens, int organ, bool inverted = false) {
+    StepSample sample;
+    sample.step.number = ++step_;
+    sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
+    if (inverted) sample.step.flags = kStepInverted;
+    sample.lumen_count = static_cast<int>(lumens.size());
+    std::copy(lumens.begin(), lumens.end(), sample.lumens.begin());
+    sample.tool_count = tools_;
+    sample.tools[0].pedal = true;
+    sample.tools[0].instrument_index = 1;
+    sample.contacts[0].organ = organ;
+    sample.contacts[0].kind = ContactKind::kPress;
+    steps_.Push(sample);
+    telemetry_.Drain();
+  }
   /// Ticks with one instrument's force (N) on an organ; -1: without contact.
   void Press(int ticks, double force, int organ, int tool = 0) {
     for (int i = 0; i < ticks; ++i) {
@@ -123,6 +140,7 @@ class MadeSession {
     for (const char* name : {"liver", "gallbladder"}) {
       organ.name = name;
       info.organs.push_back(organ);
+      info.lumens.push_back(LumenName(name));
     }
     return info;
   }

@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "engine/base/check.h"
+#include "lcmtypes/telemetry/exercise_events.h"
 #include "tools/session/command_device.h"
 #include "tools/session/session_recorder.h"
 
@@ -129,6 +130,7 @@ void LockstepSession::AttachLoops() {
   reporter_.SetSink(
       [this](EventSeverity severity, const std::string& name, const std::string& text) {
         events_.push_back({sample_.time_ns, severity, name, text});
+        if (exercise_) AddExerciseEvent(sample_.time_ns, name, text, &*exercise_);
       });
 }
 

@@ -8,6 +8,7 @@
 #include "engine/base/error.h"
 #include "engine/pairs/organ_overlap.h"
 #include "engine/tissue/support.h"
+#include "lcmtypes/telemetry/exercise_events.h"
 #include "tools/session/hand_site.h"
 #include "tools/session/instrument_meshes.h"
 #include "tools/session/scene_defaults.h"
@@ -386,8 +387,8 @@ SessionInfo SessionModel::Info() const {
     if (organ.lattice_organ() != nullptr) {
       const std::size_t lumens = organ.lattice_organ()->fillings_and_layers().lumens().size();
       for (std::size_t l = 0; l < lumens; ++l) {
-        info.lumens.push_back("the lumen of " + organ.options().name +
-                              (lumens > 1 ? " number " + std::to_string(l) : ""));
+        info.lumens.push_back(
+            LumenName(organ.options().name, lumens > 1 ? static_cast<int>(l) : -1));
       }
     }
     info.organs.push_back(

@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 
 /// Identify the file: "HPDM" in its header, and the version of its tables.
 constexpr int kApplication = 0x4850444D;
-constexpr int kVersion = 5;
+constexpr int kVersion = 6;
 /// Longest wait for another program that writes, ms.
 constexpr int kLockPatience = 60'000;
 
@@ -90,7 +90,8 @@ constexpr TableColumn kMotionColumns[] = {{"name", "TEXT", "/name"},
 constexpr TableColumn kDeviceColumns[] = {
     {"mean_force_rate_N_per_s", "REAL", "/mean_force_rate_N_per_s"},
     {"peak_force_rate_N_per_s", "REAL", "/peak_force_rate_N_per_s"},
-    {"device_lost_s", "REAL", "/device_lost_s"}};
+    {"device_lost_s", "REAL", "/device_lost_s"},
+    {"depth_unknown_s", "REAL", "/depth_unknown_s"}};
 
 constexpr TableColumn kOrganColumn[] = {{"organ_name", "TEXT", "/organ"}};
 

@@ -81,6 +81,7 @@ void AddHand(const HandReport& hand, Json* json) {
   (*json)["mean_force_rate_N_per_s"] = motion.mean_force_rate;
   (*json)["peak_force_rate_N_per_s"] = motion.peak_force_rate;
   (*json)["device_lost_s"] = hand.device_lost;
+  (*json)["depth_unknown_s"] = hand.depth_unknown;
 }
 
 double Microseconds(Nanoseconds time) { return static_cast<double>(time) / 1000; }
@@ -120,7 +121,8 @@ const char* SeverityName(EventSeverity severity) {
   }
 }
 
-Json ExerciseToJson(const ExerciseReport& exercise, const std::vector<std::string>& organs) {
+Json ExerciseToJson(const ExerciseReport& exercise, const SessionReport& report) {
+  const std::vector<std::string>& organs = report.organs;
   const ExerciseOptions& options = exercise.options;
   const ExerciseResult& result = exercise.result;
   Json steps = Json::array(), errors = Json::array();
@@ -132,11 +134,15 @@ Json ExerciseToJson(const ExerciseReport& exercise, const std::vector<std::strin
   for (const ExerciseError& error : result.errors) {
     const ExerciseErrorOptions& rule = options.errors[static_cast<std::size_t>(error.rule)];
     const auto organ = static_cast<std::size_t>(error.organ);
+    const bool has_hand = error.hand >= 0 && ToSize(error.hand) < report.hands.size();
     errors.push_back(
         {{"name", rule.name},
          {"time_s", error.time},
          {"points", rule.points},
          {"hand", error.hand < 0 ? Json(nullptr) : Json(error.hand)},
+         {"instrument",
+          has_hand ? Json(report.hands[ToSize(error.hand)].InstrumentName(error.instrument_index))
+                   : Json(nullptr)},
          {"organ", error.organ < 0 || organ >= organs.size() ? Json(nullptr) : Json(organs[organ])},
          {"duct", error.duct < 0 ? Json(nullptr) : Json(options.ducts.at(ToSize(error.duct)).name)},
          {"place_m", {error.place_W.x(), error.place_W.y(), error.place_W.z()}},
@@ -180,7 +186,7 @@ Json ToJson(const SessionReport& report) {
                                    {"cut_area_m2", attachment.cut_area},
                                    {"dissipated_J", attachment.dissipated}});
   }
-  if (report.exercise) json["exercise"] = ExerciseToJson(*report.exercise, report.organs);
+  if (report.exercise) json["exercise"] = ExerciseToJson(*report.exercise, report);
   json["goals"] = Json::object();
   for (const GoalsDomain& domain : RateGoals(report)) {
     Json parts = Json::object();

@@ -1,14 +1,17 @@
 #include "tools/report/metrics/session_metrics.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <map>
 #include <span>
+#include <utility>
 
 #include "engine/base/error.h"
 #include "engine/base/text_list.h"
 #include "lcmtypes/analysis/logged_session.h"
 #include "lcmtypes/log/log.h"
+#include "lcmtypes/telemetry/exercise_events.h"
 #include "lcmtypes/telemetry/session_info.h"
 #include "lcmtypes/wire/codec.h"
 #include "tools/report/metrics/session_ticks.h"
@@ -76,6 +79,9 @@ class LogSummary {
     }
   }
 
+  /// True if some tissue was inverted in the newest step.
+  bool inverted() const { return inverted_; }
+
   void Fill(const std::vector<std::vector<std::string>>& instruments, SessionReading* reading) {
     SessionReport& report = reading->report;
     report.health.events = events_;
@@ -132,6 +138,7 @@ class LogSummary {
     std::int64_t visible_tick = kNeverVisible;
     if (!FromMessage(contact_, &sample, &visible_tick)) return;
     if (exercise_) exercise_->Add(sample);
+    inverted_ = (sample.step.flags & kStepInverted) != 0;
     attachments_.resize(std::max(attachments_.size(), ToSize(sample.attachment_count)));
     for (int a = 0; a < sample.attachment_count; ++a) {
       const AttachmentOutcome& now = sample.attachments[a];
@@ -148,7 +155,7 @@ class LogSummary {
 
   void AddEvent() {
     if (event_.name == kSessionStart) start_text_ = event_.text;
-    if (event_.name == kBleeding && exercise_) exercise_->AddBleeding(event_.time_ns);
+    if (exercise_) AddExerciseEvent(event_.time_ns, event_.name, event_.text, &*exercise_);
     left_handed_ |= event_.name == kLeftHanded;
     closed_ |= event_.name == "session.end";
     const auto severity = static_cast<EventSeverity>(
@@ -213,7 +220,7 @@ class LogSummary {
   std::map<std::int32_t, Organ> organs_;
   std::vector<AttachmentReport> attachments_;
   std::optional<ExerciseEvaluator> exercise_;
-  bool epoch_known_ = false, closed_ = false, left_handed_ = false;
+  bool epoch_known_ = false, closed_ = false, left_handed_ = false, inverted_ = false;
   std::int64_t epoch_us_ = 0;
   std::string start_text_;
   double stolen_ = 0;
@@ -222,12 +229,33 @@ class LogSummary {
   std::vector<SessionEvent> session_events_;
 };
 
+// Moves the zero of all times from the session's clock, which begins before the scene is ready, to the
+// first tick.
+void CountFromFirstTick(SessionReading* reading) {
+  const double zero = std::exchange(reading->series.start, 0);
+  SessionReport& report = reading->report;
+  if (report.start_us > 0) report.start_us += std::llround(1e6 * zero);
+  for (SessionEvent& event : report.events) event.time -= zero;
+  for (auto& [from, to] : reading->series.pauses) {
+    from -= zero;
+    to -= zero;
+  }
+  for (SessionTimeSeries::Hand& hand : reading->series.hands) {
+    for (TimeSeriesSegment& segment : hand.segments) segment.start -= zero;
+  }
+}
+
 }  // namespace
 
 std::string HandReport::Label() const {
   std::string label;
   for (const UsedInstrument& one : held) AppendToList(one.name, &label, ", then ");
   return label;
+}
+
+const std::string& HandReport::InstrumentName(int instrument_index) const {
+  const auto found = std::ranges::find(held, instrument_index, &UsedInstrument::instrument_index);
+  return found == held.end() ? name : found->name;
 }
 
 std::vector<std::string> LogReport::Faults() const {
@@ -260,7 +288,7 @@ SessionReading ReadSession(const std::string& log, double force_limit,
   LoggedTick tick;
   bool any = false;
   while (reader.Next(&tick)) {
-    if (!ticks.Add(tick)) {
+    if (!ticks.Add(tick, log_summary.inverted())) {
       ++report.health.unreadable;
       continue;
     }
@@ -285,6 +313,7 @@ SessionReading ReadSession(const std::string& log, double force_limit,
     if (report.organs[o].empty()) report.organs[o] = "organ " + std::to_string(o + 1);
   }
   for (HandReport& hand : report.hands) hand.by_organ.resize(report.organs.size());
+  CountFromFirstTick(&reading);
   return reading;
 }
 

@@ -54,9 +54,12 @@ struct HandReport {
   ContactMetrics contact;                ///< With any organ.
   std::vector<ContactMetrics> by_organ;  ///< By index of organ.
   double device_lost = 0;                ///< s without a usable pose.
+  double depth_unknown = 0;  ///< s of contact whose depth is no press of the tip (DepthFilter).
 
   /// Returns the names of the instruments that it held, for people.
   std::string Label() const;
+  /// Returns the name of one of them; the hand's own name if it did not hold that.
+  const std::string& InstrumentName(int instrument_index) const;
 };
 
 /// Durations of one kind over the session.
@@ -85,7 +88,7 @@ struct ExerciseReport {
 };
 
 struct SessionEvent {
-  double time = 0;  ///< s.
+  double time = 0;  ///< s since the first tick; negative while the session was prepared.
   EventSeverity severity = EventSeverity::kInfo;
   std::string name, text;
 };
@@ -109,12 +112,13 @@ struct LogReport {
   std::vector<std::string> Faults() const;
 };
 
-/// A session in figures. Definitions and sources: tools/report/README.md.
+/// A session in figures. Definitions and sources: tools/report/README.md. Its times count from the first
+/// tick, as the exercise's do: its first step has the time of that tick.
 struct SessionReport {
   std::string log;            ///< Path.
   std::string scene;          ///< Name; empty if unknown.
   bool left_handed = false;   ///< The first two instruments had exchanged their ports.
-  std::int64_t start_us = 0;  ///< Wall time of the start since 1970; 0: the lockstep clock.
+  std::int64_t start_us = 0;  ///< Wall time of the first tick since 1970; 0: the lockstep clock.
   bool measured = false;      ///< True on the real clock, where latencies are measured.
   double duration = 0;        ///< s, from the first tick to the end of the last.
   double active = 0;          ///< s of `duration` that are neither paused nor missing in the log.
@@ -149,9 +153,9 @@ struct SessionTimeSeries {
     std::vector<TimeSeriesSegment> segments;
     std::vector<Peaks> peaks;  ///< Every kMotionPeriod from `start` on.
   };
-  double start = 0;  ///< s, session time of the first tick.
+  double start = 0;  ///< s, time of the first tick: 0 in a reading.
   std::vector<Hand> hands;
-  std::vector<std::pair<double, double>> pauses;  ///< s, session time.
+  std::vector<std::pair<double, double>> pauses;  ///< s since the first tick.
   std::vector<OrganDescription> organs;           ///< Organs at rest with a complete mesh.
   std::vector<std::string> organs_missing;        ///< Why others are missing, for people.
 };

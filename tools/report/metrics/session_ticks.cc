@@ -84,7 +84,7 @@ ContactMetrics ContactSums::Metrics() const {
   return metrics;
 }
 
-bool SessionTicks::Add(const LoggedTick& logged) {
+bool SessionTicks::Add(const LoggedTick& logged, bool inverted) {
   HapticSample sample = logged.sample;
   if (!IsUsable(sample)) return false;
   if (begun_ && !Follows(sample)) {
@@ -101,7 +101,14 @@ bool SessionTicks::Add(const LoggedTick& logged) {
   } else {
     Begin(sample);
   }
-  if (!logged.has_output && begun_) HoldOutput(&sample);
+  if (!logged.has_output && begun_) {
+    HoldOutput(&sample);
+  } else {
+    for (std::size_t h = 0; h < hands_.size(); ++h) {
+      ToolSample& tool = sample.tools[h];
+      if (!hands_[h].depth.Add(Time(sample), tool, inverted)) tool.depth = 0;
+    }
+  }
   begun_ = true;
   ++ticks_;
   NoteExchanges(sample);
@@ -139,6 +146,7 @@ void SessionTicks::Fill(SessionReading* reading) {
     results.contact = hand.all.Metrics();
     for (const ContactSums& organ : hand.organs) results.by_organ.push_back(organ.Metrics());
     results.device_lost = hand.device_lost;
+    results.depth_unknown = hand.depth_unknown;
     results.held = std::move(hand.held);
     report.hands.push_back(std::move(results));
     reading->series.hands.push_back({hand.series.segments(), std::move(hand.peaks)});
@@ -228,6 +236,7 @@ void SessionTicks::Close(double until) {
     }
     if (!tool.device_valid) hand.device_lost += duration;
     const bool touches = tool.kind != ContactKind::kNone;
+    if (touches && !hand.depth.counts()) hand.depth_unknown += duration;
     hand.all.Add(time, duration, tool, true, touches);
     const auto organ = static_cast<std::size_t>(tool.organ);
     const bool at_organ = touches && tool.organ >= 0 && tool.organ < kMaxOrgans;

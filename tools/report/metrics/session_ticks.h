@@ -9,6 +9,7 @@
 #include "engine/snapshots.h"
 #include "lcmtypes/analysis/logged_session.h"
 #include "lcmtypes/analysis/slip_counter.h"
+#include "tools/report/metrics/depth_filter.h"
 #include "tools/report/metrics/session_metrics.h"
 #include "tools/report/metrics/uniform_time_series.h"
 
@@ -45,7 +46,8 @@ class SessionTicks {
       : limits_(limits), most_peaks_(most_peaks) {}
 
   /// Adds a tick. Returns false if it cannot follow the last one or its values are impossible.
-  bool Add(const LoggedTick& logged);
+  /// `inverted`: some tissue was inverted in the newest deformation step.
+  bool Add(const LoggedTick& logged, bool inverted = false);
   /// Fills in the hands, the times, the ticks and the time series. Call once, at the end.
   void Fill(SessionReading* reading);
 
@@ -60,7 +62,8 @@ class SessionTicks {
     ContactSums all;
     std::vector<ContactSums> organs;
     std::vector<SessionTimeSeries::Peaks> peaks;
-    double device_lost = 0;
+    DepthFilter depth;
+    double device_lost = 0, depth_unknown = 0;
     int instrument_index = 0;
     std::vector<UsedInstrument> held = {{}};
   };

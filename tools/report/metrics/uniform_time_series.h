@@ -23,7 +23,7 @@ enum MotionRow {
 
 /// An uninterrupted, evenly sampled part of one instrument's time series.
 struct TimeSeriesSegment {
-  double start = 0;                   ///< s, session time of the first sample.
+  double start = 0;  ///< s, time of the first sample; in a report since the first tick.
   std::vector<MotionVector> samples;  ///< Every kMotionPeriod.
 };
 

@@ -80,7 +80,7 @@ std::string ExercisePanel(const SessionReport& report) {
   if (!result.errors.empty()) {
     html +=
         "<div class=\"wide\"><table><thead><tr><th>Error</th><th class=\"number\">at, s</th>"
-        "<th>Hand</th><th>Organ or duct</th><th class=\"number\">N</th><th>Place, mm</th>"
+        "<th>Instrument</th><th>Organ or duct</th><th class=\"number\">N</th><th>Place, mm</th>"
         "<th class=\"number\">points</th></tr></thead><tbody>\n";
   }
   for (const ExerciseError& error : result.errors) {
@@ -89,19 +89,21 @@ std::string ExercisePanel(const SessionReport& report) {
       const auto at = static_cast<std::size_t>(index);
       return index < 0 || at >= names.size() ? "\u2013" : of(names[at]);
     };
-    html += "<tr><th scope=\"row\">" + EscapeHtml(rule.name) + "</th>" +
-            Format("<td class=\"number\">%.1f</td>", error.time) + "<td>" +
-            EscapeHtml(name(error.hand, report.hands, [](const auto& h) { return h.name; })) +
-            "</td><td>" +
-            EscapeHtml(error.duct >= 0
-                           ? name(error.duct, options.ducts, [](const auto& d) { return d.name; })
-                           : name(error.organ, report.organs, [](const auto& o) { return o; })) +
-            "</td>" +
-            Format(
-                "<td class=\"number\">%.2f</td><td>%.0f, %.0f, %.0f</td>"
-                "<td class=\"number\">%g</td></tr>\n",
-                error.force, 1e3 * error.place_W.x(), 1e3 * error.place_W.y(),
-                1e3 * error.place_W.z(), -rule.points);
+    html +=
+        "<tr><th scope=\"row\">" + EscapeHtml(rule.name) + "</th>" +
+        Format("<td class=\"number\">%.1f</td>", error.time) + "<td>" +
+        EscapeHtml(name(error.hand, report.hands,
+                        [&](const auto& h) { return h.InstrumentName(error.instrument_index); })) +
+        "</td><td>" +
+        EscapeHtml(error.duct >= 0
+                       ? name(error.duct, options.ducts, [](const auto& d) { return d.name; })
+                       : name(error.organ, report.organs, [](const auto& o) { return o; })) +
+        "</td>" +
+        Format(
+            "<td class=\"number\">%.2f</td><td>%.0f, %.0f, %.0f</td>"
+            "<td class=\"number\">%g</td></tr>\n",
+            error.force, 1e3 * error.place_W.x(), 1e3 * error.place_W.y(), 1e3 * error.place_W.z(),
+            -rule.points);
   }
   if (!result.errors.empty()) html += "</tbody></table></div>\n";
   for (const ExerciseBleeding& bleeding : result.bleedings) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 #include <string>
+#include <vector>
 
 #include "tests/support/made_session.h"
 
@@ -54,6 +56,7 @@ TEST(ReportJson, KeysCarryUnits) {
                           "deepest_press_m",
                           "over_depth_s",
                           "over_depth_count",
+                          "depth_unknown_s",
                           "mean_force_rate_N_per_s",
                           "peak_force_rate_N_per_s",
                           "device_lost_s",
@@ -64,6 +67,84 @@ TEST(ReportJson, KeysCarryUnits) {
   EXPECT_EQ(hand["organs"][0]["organ"], "liver");
   EXPECT_EQ(json["start"], nullptr);
   EXPECT_EQ(json["log_health"]["sound"], true);
+}
+
+// The session's clock runs for 2.07 s before the first tick, and a bleeding's time is that clock's.
+TEST(ReportJson, EventsStepsAndErrorsCountFromTheFirstTick) {
+  ExerciseOptions exercise;
+  exercise.time_limit = 10;
+  exercise.target_time = 5;
+  exercise.steps = {{.name = "touch", .touches = ExerciseContact{1, {}}},
+                    {.name = "again", .time = 9}};
+  exercise.errors = {{.name = "too strong", .limit = 3}};
+  MadeSession session({"probe"}, {}, exercise);
+  session.Skip(2070);
+  session.Press(1, 0, -1);
+  session.PressStep(0, -1);  // the first step
+  session.Press(500, 0, -1);
+  session.Press(1, 4, 1);
+  session.PressStep(4, 1);
+  session.Press(100, 0, -1);
+  const SessionReading reading = session.Finish();
+  const auto json = ToJson(reading.report);
+  std::map<std::string, double> times;
+  for (const auto& event : json["events"]) times[event["name"]] = event["time_s"];
+  const double error = json["exercise"]["errors"][0]["time_s"];
+  constexpr double kTick = 0.001;
+  EXPECT_NEAR(error, 0.501, 1e-9);
+  EXPECT_NEAR(times.at("exercise.error"), error, kTick + 1e-9);
+  EXPECT_NEAR(times.at("exercise.step"), json["exercise"]["steps"][0]["done_s"], kTick + 1e-9);
+  EXPECT_NEAR(times.at("session.start"), -2.07, 1e-9);
+  EXPECT_EQ(reading.series.start, 0);
+  EXPECT_NEAR(reading.series.hands[0].segments[0].start, 0, kMotionPeriod);
+}
+
+// The second lumen, the gallbladder's, begins to leak; the hook had warmed it, which is no error, and a hole
+// in the liver's lumen is none of this rule.
+TEST(ReportJson, APerforationIsAnErrorOfTheLogAsOfTheSessionAndNamesTheInstrumentThatWasHeld) {
+  ExerciseOptions exercise;
+  exercise.time_limit = 10;
+  exercise.target_time = 5;
+  exercise.organs = {"liver", "gallbladder"};
+  exercise.hooks = {{0, 1}};
+  exercise.steps = {{.name = "never", .touches = ExerciseContact{1, {}}, .time = 9}};
+  exercise.errors = {
+      {.kind = ExerciseErrorKind::kPerforation, .name = "hole", .organ = 1, .points = 7}};
+  MadeSession session({"probe"}, {}, exercise);
+  const auto run = [&](int steps, bool liver, bool gallbladder) {
+    for (int step = 0; step < steps; ++step) {
+      for (int tick = 0; tick < 33; ++tick) {
+        session.Tick([](HapticSample* sample) { sample->tools[0].instrument_index = 1; });
+      }
+      session.LumenStep({{.perforated = liver}, {.pressure = 900, .perforated = gallbladder}}, 1);
+    }
+  };
+  run(10, false, false);
+  run(10, true, false);
+  EXPECT_EQ(session.telemetry().Summary().exercise->errors.size(), 0u);
+  run(10, true, true);
+  const ExerciseResult live = session.telemetry().Summary().exercise.value();
+  ASSERT_EQ(live.errors.size(), 1u);
+  EXPECT_NEAR(live.errors[0].time, 0.66, 0.034);
+  const SessionReport report = session.Finish().report;
+  const ExerciseResult& read = report.exercise->result;
+  ASSERT_EQ(read.errors.size(), 1u);
+  EXPECT_EQ(read.errors[0].time, live.errors[0].time);
+  const auto error = ToJson(report)["exercise"]["errors"][0];
+  EXPECT_EQ(error["name"], "hole");
+  EXPECT_EQ(error["organ"], "gallbladder");
+  EXPECT_EQ(error["hand"], 0);
+  EXPECT_EQ(error["instrument"], "hook");
+  EXPECT_EQ(error["points"], 7);
+}
+
+TEST(ReportJson, APerforationIsFoundByTheNameOfItsOrgan) {
+  const std::vector<std::string> organs = {"gall", "gallbladder", "liver number 2"};
+  EXPECT_EQ(PerforatedOrgan(PerforatedText(LumenName("gallbladder")), organs), 1);
+  EXPECT_EQ(PerforatedOrgan(PerforatedText(LumenName("gall", 12)), organs), 0);
+  EXPECT_EQ(PerforatedOrgan(PerforatedText(LumenName("liver number 2")), organs), 2);
+  EXPECT_EQ(PerforatedOrgan(PerforatedText(LumenName("lung")), organs), -1);
+  EXPECT_EQ(PerforatedOrgan("", organs), -1);
 }
 
 // A touch that is too strong, then a soft one: the report of the log judges as the session did.
