@@ -16,11 +16,7 @@ ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
 
 void ExerciseEvaluator::Add(const StepSample& sample) {
   if (result_.ended) return;
-  if (!begun_) start_ns_ = last_ns_ = sample.step.time_ns;
-  begun_ = true;
-  const double dt = ToSeconds(sample.step.time_ns - last_ns_);
-  last_ns_ = sample.step.time_ns;
-  result_.time = ToSeconds(sample.step.time_ns - start_ns_);
+  const double dt = AdvanceTime(sample.step);
   AdvanceBleedings(sample);
   FindErrors(sample, dt);
   for (int t = 0; t < sample.tool_count; ++t) JudgeAction(sample, t);
@@ -31,6 +27,19 @@ void ExerciseEvaluator::Add(const StepSample& sample) {
     result_.ended = true;
   }
   result_.score = Score();
+}
+
+// Returns the exercise's time since the last step, s.
+double ExerciseEvaluator::AdvanceTime(const StepRecord& step) {
+  if (!begun_) start_ns_ = last_ns_ = step.time_ns;
+  begun_ = true;
+  const Nanoseconds passed_ns = step.time_ns - last_ns_;
+  last_ns_ = step.time_ns;
+  const bool stands = step.time_ns - step.device_time_ns > kStandsAfter;
+  if (stands) stood_ns_ += passed_ns;
+  result_.stood = ToSeconds(stood_ns_);
+  result_.time = ToSeconds(step.time_ns - start_ns_ - stood_ns_);
+  return stands ? 0 : ToSeconds(passed_ns);
 }
 
 void ExerciseEvaluator::AdvanceStep(const StepSample& sample) {
@@ -176,9 +185,14 @@ void ExerciseEvaluator::JudgeAction(const StepSample& sample, int hand) {
         break;
     }
     if (!is_error) continue;
+    ClipFinding finding;
+    if (error.kind == ExerciseErrorKind::kBadClip) finding = earlier.Examine(action, error.limit);
+    if (error.kind == ExerciseErrorKind::kLostClip) {
+      finding.faults = action.duct < 0 ? kClipOnNothing : kClipRefused;
+    }
     const SolvedContact& contact = sample.contacts[static_cast<std::size_t>(hand)];
     AddError(rule, hand, contact.organ, action.place_W, contact.force_on_tissue_W.norm(),
-             action.duct < std::ssize(options_.ducts) ? action.duct : -1);
+             action.duct < std::ssize(options_.ducts) ? action.duct : -1, finding);
   }
 }
 
@@ -315,7 +329,9 @@ void ExerciseEvaluator::AdvanceBleedings(const StepSample& sample) {
   std::vector<ExerciseBleeding>& bleedings = result_.bleedings;
   while (bleedings.size() < bleedings_ns_.size() &&
          bleedings_ns_[bleedings.size()] < sample.step.time_ns) {
-    const double begin = std::max(0.0, ToSeconds(bleedings_ns_[bleedings.size()] - start_ns_));
+    // One that begins while the time stands begins at the time that stands.
+    const double begin = std::clamp(
+        ToSeconds(bleedings_ns_[bleedings.size()] - start_ns_ - stood_ns_), 0.0, result_.time);
     bleedings.push_back({begin, begin});
   }
   for (ExerciseBleeding& bleeding : bleedings) {
@@ -340,11 +356,11 @@ void ExerciseEvaluator::FindBleedings(std::size_t rule) {
 }
 
 bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W,
-                                 double force, int duct) {
+                                 double force, int duct, const ClipFinding& clip) {
   if (result_.errors.size() >= kMaxErrors) return false;
   result_.errors.push_back({static_cast<int>(rule), result_.time,
                             static_cast<int>(result_.step_times.size()), hand, organ, place_W,
-                            force, duct});
+                            force, duct, clip});
   points_ += options_.errors[rule].points;
   return true;
 }
@@ -377,6 +393,14 @@ ExerciseStatus ExerciseEvaluator::Status() const {
   if (!result_.errors.empty()) {
     status.last_error = result_.errors.back().rule;
     status.last_error_time = result_.errors.back().time;
+    status.last_error_clip = result_.errors.back().clip;
+    status.last_error_duct = result_.errors.back().duct;
+  }
+  for (const ExerciseError& error : result_.errors) {
+    if (ToSize(error.rule) < kShownRules) ++status.error_counts[ToSize(error.rule)];
+  }
+  for (std::size_t s = 0; s < std::min(kShownSteps, result_.step_times.size()); ++s) {
+    status.step_times[s] = static_cast<float>(result_.step_times[s]);
   }
   status.score = result_.score;
   status.ended = result_.ended;
