@@ -409,6 +409,8 @@ void DeformationLoop::FillScene(const ToolState& tools, SceneSnapshot* scene) co
   for (std::size_t t = 0; t < ToSize(tools.tool_count); ++t) {
     scene->burns[t] = Acts(t, tools.tools[t], ToolAction::kBurn);
     scene->sucks[t] = Acts(t, tools.tools[t], ToolAction::kSuck);
+    scene->readouts[t].layer = layer_actions_.InReach(static_cast<int>(t));
+    duct_actions_.FillReadout(static_cast<int>(t), &scene->readouts[t]);
   }
   for (std::size_t o = 0; o < organs_.size(); ++o) organs_[o].FillSnapshot(&scene->organs[o]);
   for (const AttachmentLink& link : links()) {

@@ -8,6 +8,7 @@
 #include "engine/base/types.h"
 #include "engine/contact_patch.h"
 #include "engine/duct/duct_outcome.h"
+#include "engine/exercise/clip_finding.h"
 #include "engine/scene_limits.h"
 #include "engine/step/smoke.h"
 #include "engine/tissue/lumen_outcome.h"
@@ -162,6 +163,17 @@ struct OrganSnapshot {
 /// The contacts of one tip besides its main one (ToolPatches::main_place); organ -1: none.
 using ContactsBeside = std::array<SolvedContact, kMaxPlaces - 1>;
 
+/// Figures of one instrument for the display besides its contact.
+struct ToolReadout {
+  int clips_left = -1;        ///< In a clip applier's magazine; -1: another instrument.
+  bool closed_empty = false;  ///< The jaws closed with no clip left and have not opened since.
+  int layer = -1;             ///< Attachment that a hook's tip would burn; -1: none.
+  /// Duct nearest to the jaws of scissors or a clip applier when they last closed on no duct; -1: none.
+  int missed_duct = -1;
+  double missed_by = 0;        ///< m: distance of that duct's surface from the jaws' middle.
+  Nanoseconds missed_ns = -1;  ///< Time of that step.
+};
+
 /// Deformation loop -> render loop and -> telemetry loop, latest value, every step.
 struct SceneSnapshot {
   StepRecord step;
@@ -178,6 +190,7 @@ struct SceneSnapshot {
   std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
   std::array<bool, kMaxInstruments> burns{};            ///< A hook whose pedal is pressed.
   std::array<bool, kMaxInstruments> sucks{};            ///< A suction tube whose pedal is pressed.
+  std::array<ToolReadout, kMaxInstruments> readouts;
 };
 
 /// Outcome of one organ's relaxation.
@@ -285,6 +298,9 @@ struct HapticSample {
   std::array<ToolSample, kMaxInstruments> tools;
 };
 
+/// Most steps and rules of an exercise of which ExerciseStatus has times and counts.
+inline constexpr std::size_t kShownSteps = 32, kShownRules = 32;
+
 /// State of the scene's exercise (engine/exercise/exercise_evaluator.h) for the display.
 struct ExerciseStatus {
   bool present = false;  ///< The scene has an exercise.
@@ -294,10 +310,15 @@ struct ExerciseStatus {
   double time_left = 0;  ///< s.
   int errors = 0;        ///< So far.
   int last_error = -1;   ///< Index in ExerciseOptions::errors; -1: none.
-  double last_error_time = 0;  ///< s since the exercise began.
-  double score = 0;            ///< 0..100, as if the exercise ended now.
+  double last_error_time = 0;   ///< s since the exercise began.
+  ClipFinding last_error_clip;  ///< Of an error about a clip.
+  int last_error_duct = -1;     ///< -1: none.
+  double score = 0;             ///< 0..100, as if the exercise ended now.
   bool ended = false;
   bool passed = false;  ///< All steps are done.
+  /// s since the exercise began, of the first steps that are done.
+  std::array<float, kShownSteps> step_times{};
+  std::array<std::uint16_t, kShownRules> error_counts{};  ///< Of the first rules.
 };
 
 /// Session figures for the display: telemetry loop -> render loop, latest value, a few times per

@@ -33,6 +33,20 @@ double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
   return std::sqrt(static_cast<double>(largest2));
 }
 
+// Returns by how much the viewing axis has turned about the present shaft, rad. Axes along their shaft
+// have not turned.
+double OpticsTurn(const Laparoscope& before, const Laparoscope& now) {
+  const Vector3d &shaft_W = now.ShaftAxis_W(), old_shaft_W = before.ShaftAxis_W();
+  // The first axis, carried along with the shaft.
+  const Vector3d carried_W =
+      Eigen::Quaterniond::FromTwoVectors(old_shaft_W, shaft_W) * before.ViewingAxis_W();
+  const Vector3d from_W = carried_W - carried_W.dot(shaft_W) * shaft_W;
+  const Vector3d to_W = now.ViewingAxis_W() - now.ViewingAxis_W().dot(shaft_W) * shaft_W;
+  constexpr double kAlong = 1e-3;
+  if (from_W.norm() < kAlong || to_W.norm() < kAlong) return 0;
+  return std::atan2(from_W.cross(to_W).dot(shaft_W), from_W.dot(to_W));
+}
+
 }  // namespace
 
 double PressDepth(const SceneSnapshot& snapshot, const std::vector<PointsF>& rest) {
@@ -76,6 +90,8 @@ RenderLoop::RenderLoop(std::vector<OrganVisual> organs, std::vector<InstrumentVi
     : organs_(std::move(organs)),
       instruments_(std::move(instruments)),
       scope_(scope, options.width, options.height),
+      first_scope_(scope_),
+      first_angle_(scope.angle),
       options_(options),
       edges_(edges),
       clock_(std::move(clock)),
@@ -206,9 +222,15 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
   status.aspect = static_cast<double>(scope_.width()) / scope_.height();
   for (std::size_t t = 0; t < ToSize(snapshot.tool_count); ++t) {
     const Vector3d p = scope_.Project(snapshot.tools[t].X_WT.translation());
+    status.outside[t] = true;
     if (!p.allFinite() || p.z() <= 0) continue;
     status.tips[t] = Eigen::Vector2d(p.x() / scope_.width(), p.y() / scope_.height());
+    const Eigen::Vector2d from_middle =
+        p.head<2>() - 0.5 * Eigen::Vector2d(scope_.width(), scope_.height());
+    status.outside[t] = from_middle.norm() > scope_.circle_radius_px();
   }
+  status.optics_turn = OpticsTurn(first_scope_, scope_);
+  status.optics_changed = settings_.scope.angle - first_angle_;
   return MakeStatusText(status, options_.names);
 }
 

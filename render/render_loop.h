@@ -168,6 +168,8 @@ class RenderLoop {
   std::vector<OrganVisual> organs_;
   std::vector<InstrumentVisual> instruments_;
   Laparoscope scope_;
+  Laparoscope first_scope_;
+  double first_angle_;  // rad, of the optics
   RenderOptions options_;
   Edges edges_;
   Clock clock_;

@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdarg>
+#include <cstdio>
+#include <limits>
 
+#include "engine/base/angle.h"
 #include "engine/base/check.h"
 
 namespace hpdm {
@@ -12,6 +16,15 @@ namespace {
 constexpr double kWhole = 1 - 1e-9;
 // Clips that must be left on the organ's side of a cut.
 constexpr int kLeftOnOrgan = 1;
+
+__attribute__((format(printf, 1, 2))) std::string FaultPart(const char* format, ...) {
+  char text[80];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
 
 }  // namespace
 
@@ -25,16 +38,32 @@ const DuctJudge::Duct* DuctJudge::Find(int duct) const {
 }
 
 bool DuctJudge::IsGood(const DuctAction& clip, double angle) const {
+  return Find(clip.duct) != nullptr && Examine(clip, angle).faults == kClipSound;
+}
+
+ClipFinding DuctJudge::Examine(const DuctAction& clip, double angle) const {
+  ClipFinding finding;
+  finding.angle = clip.angle;
+  finding.most_angle = angle;
+  finding.coverage = clip.coverage;
+  if (clip.angle > angle) finding.faults |= kClipOblique;
+  if (clip.coverage < kWhole) finding.faults |= kClipShort;
   const Duct* duct = Find(clip.duct);
-  if (duct == nullptr || clip.angle > angle || clip.coverage < kWhole) return false;
-  const auto is_near = [&](const Clip& other) {
-    return std::abs(other.arc - clip.arc) - kClipWidth < kLeastGap;
-  };
-  if (std::ranges::any_of(duct->clips, is_near)) return false;
+  if (duct == nullptr) return finding;
+  finding.to_clip = finding.to_end = std::numeric_limits<double>::infinity();
+  for (const Clip& other : duct->clips) {
+    finding.to_clip = std::min(finding.to_clip, std::abs(other.arc - clip.arc) - kClipWidth);
+  }
+  if (finding.to_clip < kLeastGap) finding.faults |= kClipNearClip;
   const double least = kLeastToEnd + kClipWidth / 2;
-  const bool near_a = duct->options.organ_end != 0 && clip.arc < least;
-  const bool near_b = duct->options.organ_end != 1 && clip.length - clip.arc < least;
-  return !near_a && !near_b;
+  const auto measure_end = [&](int end, double from_end) {
+    if (duct->options.organ_end == end) return;
+    finding.to_end = std::min(finding.to_end, from_end - kClipWidth / 2);
+    if (from_end < least) finding.faults |= kClipNearEnd;
+  };
+  measure_end(0, clip.arc);
+  measure_end(1, clip.length - clip.arc);
+  return finding;
 }
 
 void DuctJudge::Keep(const DuctAction& action, bool good) {
@@ -63,6 +92,29 @@ bool DuctJudge::IsCutWell(int duct) const {
   }
   return at_a >= (found->options.organ_end == 0 ? kLeftOnOrgan : stay_) &&
          at_b >= (found->options.organ_end == 1 ? kLeftOnOrgan : stay_);
+}
+
+std::string FaultText(const ClipFinding& clip, const std::string& duct, bool keys) {
+  constexpr double kMilli = 1e3, kPerCent = 100;
+  std::string text;
+  const auto add = [&](ClipFault fault, const std::string& part) {
+    if ((clip.faults & fault) != 0) text += (text.empty() ? "" : "; ") + part;
+  };
+  add(kClipOblique, FaultPart("oblique: %.0f\u00b0 (at most %.0f\u00b0)", clip.angle / kDegree,
+                              clip.most_angle / kDegree) +
+                        (keys ? ", roll it with q or e" : ""));
+  add(kClipShort, FaultPart("covers %.0f %% of the width, must cover all of it",
+                            std::floor(kPerCent * clip.coverage)));
+  add(kClipNearClip, clip.to_clip < 0
+                         ? std::string("on another clip")
+                         : FaultPart("%.1f mm from the next clip (at least %g mm)",
+                                     kMilli * clip.to_clip, kMilli * DuctJudge::kLeastGap));
+  add(kClipNearEnd,
+      FaultPart("%.1f mm from the end that stays (at least %g mm)",
+                std::max(0.0, kMilli * clip.to_end), kMilli * DuctJudge::kLeastToEnd));
+  add(kClipOnNothing, "no duct between the jaws");
+  add(kClipRefused, "no room for a clip there");
+  return text.empty() || duct.empty() ? text : duct + ": " + text;
 }
 
 }  // namespace hpdm

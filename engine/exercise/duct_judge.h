@@ -1,9 +1,11 @@
 #pragma once
 
 #include <array>
+#include <string>
 #include <vector>
 
 #include "engine/duct/duct_outcome.h"
+#include "engine/exercise/clip_finding.h"
 #include "engine/exercise/exercise_options.h"
 #include "engine/scene_limits.h"
 
@@ -33,6 +35,8 @@ class DuctJudge {
 
   /// True if a new clip is good beside the ones so far.
   bool IsGood(const DuctAction& clip, double angle) const;
+  /// Returns the faults of a new clip and its measures. No faults exactly if IsGood.
+  ClipFinding Examine(const DuctAction& clip, double angle) const;
   /// Keeps a clip or a cut. `good`: of a clip.
   void Keep(const DuctAction& action, bool good);
 
@@ -54,5 +58,9 @@ class DuctJudge {
   std::vector<Duct> ducts_;
   int stay_;
 };
+
+/// Says each fault with its figure: "oblique: 38° (at most 20°)". `keys`: of an oblique clip, the keys
+/// that roll it. `duct`: the name of the clip's duct. Empty without a fault.
+std::string FaultText(const ClipFinding& clip, const std::string& duct, bool keys);
 
 }  // namespace hpdm

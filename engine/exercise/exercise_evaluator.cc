@@ -17,11 +17,7 @@ ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
 
 void ExerciseEvaluator::Add(const StepSample& sample) {
   if (result_.ended) return;
-  if (!begun_) start_ns_ = last_ns_ = sample.step.time_ns;
-  begun_ = true;
-  const double dt = ToSeconds(sample.step.time_ns - last_ns_);
-  last_ns_ = sample.step.time_ns;
-  result_.time = ToSeconds(sample.step.time_ns - start_ns_);
+  const double dt = AdvanceTime(sample.step);
   for (std::size_t t = 0; t < instruments_.size(); ++t) {
     instruments_[t] = sample.tools[t].instrument_index;
   }
@@ -35,6 +31,19 @@ void ExerciseEvaluator::Add(const StepSample& sample) {
     result_.ended = true;
   }
   result_.score = Score();
+}
+
+// Returns the exercise's time since the last step, s.
+double ExerciseEvaluator::AdvanceTime(const StepRecord& step) {
+  if (!begun_) start_ns_ = last_ns_ = step.time_ns;
+  begun_ = true;
+  const Nanoseconds passed_ns = step.time_ns - last_ns_;
+  last_ns_ = step.time_ns;
+  const bool stands = step.time_ns - step.device_time_ns > kStandsAfter;
+  if (stands) stood_ns_ += passed_ns;
+  result_.stood = ToSeconds(stood_ns_);
+  result_.time = ToSeconds(step.time_ns - start_ns_ - stood_ns_);
+  return stands ? 0 : ToSeconds(passed_ns);
 }
 
 void ExerciseEvaluator::AdvanceStep(const StepSample& sample) {
@@ -183,9 +192,14 @@ void ExerciseEvaluator::JudgeAction(const StepSample& sample, int hand) {
         break;
     }
     if (!is_error) continue;
+    ClipFinding finding;
+    if (error.kind == ExerciseErrorKind::kBadClip) finding = earlier.Examine(action, error.limit);
+    if (error.kind == ExerciseErrorKind::kLostClip) {
+      finding.faults = action.duct < 0 ? kClipOnNothing : kClipRefused;
+    }
     const SolvedContact& contact = sample.contacts[static_cast<std::size_t>(hand)];
     AddError(rule, hand, contact.organ, action.place_W, contact.force_on_tissue_W.norm(),
-             action.duct < std::ssize(options_.ducts) ? action.duct : -1);
+             action.duct < std::ssize(options_.ducts) ? action.duct : -1, finding);
   }
 }
 
@@ -287,7 +301,10 @@ void ExerciseEvaluator::FindDrops(const StepSample& sample, std::size_t rule) {
     const SolvedContact &before = last_contacts_[h], &now = sample.contacts[h];
     if (before.kind != ContactKind::kGrasp || before.organ < 0) continue;
     if (error.organ >= 0 && before.organ != error.organ) continue;
-    if (now.kind == ContactKind::kGrasp && now.organ == before.organ) continue;
+    const bool is_held = std::ranges::any_of(sample.contacts, [&](const SolvedContact& contact) {
+      return contact.kind == ContactKind::kGrasp && contact.organ == before.organ;
+    });
+    if (is_held) continue;
     const bool in_place = error.path_W.empty()
                               ? LiftOf(before) <= error.limit
                               : DistanceTo(error.path_W, before.contact_W) <= error.within;
@@ -322,7 +339,9 @@ void ExerciseEvaluator::AdvanceBleedings(const StepSample& sample) {
   std::vector<ExerciseBleeding>& bleedings = result_.bleedings;
   while (bleedings.size() < bleedings_ns_.size() &&
          bleedings_ns_[bleedings.size()] < sample.step.time_ns) {
-    const double begin = std::max(0.0, ToSeconds(bleedings_ns_[bleedings.size()] - start_ns_));
+    // One that begins while the time stands begins at the time that stands.
+    const double begin = std::clamp(
+        ToSeconds(bleedings_ns_[bleedings.size()] - start_ns_ - stood_ns_), 0.0, result_.time);
     bleedings.push_back({begin, begin});
   }
   for (ExerciseBleeding& bleeding : bleedings) {
@@ -379,7 +398,7 @@ void ExerciseEvaluator::FindPerforations(const StepSample& sample, std::size_t r
 }
 
 bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W,
-                                 double force, int duct) {
+                                 double force, int duct, const ClipFinding& clip) {
   if (result_.errors.size() >= kMaxErrors) return false;
   result_.errors.push_back(
       {.rule = static_cast<int>(rule),
@@ -390,7 +409,8 @@ bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Ve
        .organ = organ,
        .place_W = place_W,
        .force = force,
-       .duct = duct});
+       .duct = duct,
+       .clip = clip});
   points_ += options_.errors[rule].points;
   return true;
 }
@@ -423,6 +443,14 @@ ExerciseStatus ExerciseEvaluator::Status() const {
   if (!result_.errors.empty()) {
     status.last_error = result_.errors.back().rule;
     status.last_error_time = result_.errors.back().time;
+    status.last_error_clip = result_.errors.back().clip;
+    status.last_error_duct = result_.errors.back().duct;
+  }
+  for (const ExerciseError& error : result_.errors) {
+    if (ToSize(error.rule) < kShownRules) ++status.error_counts[ToSize(error.rule)];
+  }
+  for (std::size_t s = 0; s < std::min(kShownSteps, result_.step_times.size()); ++s) {
+    status.step_times[s] = static_cast<float>(result_.step_times[s]);
   }
   status.score = result_.score;
   status.ended = result_.ended;

@@ -19,8 +19,9 @@ struct ExerciseError {
   int instrument_index = 0;             ///< Of that hand, as in ToolPose.
   int organ = -1;                       ///< -1: none.
   Vector3d place_W = Vector3d::Zero();  ///< m.
-  double force = 0;  ///< N: of that hand on tissue; of kForce the largest until it is below.
-  int duct = -1;     ///< -1: none.
+  double force = 0;       ///< N: of that hand on tissue; of kForce the largest until it is below.
+  int duct = -1;          ///< -1: none.
+  ClipFinding clip = {};  ///< Of a bad or a lost clip.
 };
 
 /// A bleeding that the teacher began.
@@ -35,10 +36,11 @@ struct ExerciseResult {
   std::vector<double> step_times;  ///< s since the exercise began, of each step that is done.
   std::vector<ExerciseError> errors;
   std::vector<ExerciseBleeding> bleedings;  ///< In the order of their begins.
-  double time = 0;                          ///< s since the exercise began, up to its end.
-  bool ended = false;                       ///< All steps are done, or the time is over.
-  bool passed = false;                      ///< All steps are done.
-  double score = 0;                         ///< 0..100.
+  double time = 0;      ///< s since the exercise began, up to its end, without `stood`.
+  double stood = 0;     ///< s for which the time stood: pauses.
+  bool ended = false;   ///< All steps are done, or the time is over.
+  bool passed = false;  ///< All steps are done.
+  double score = 0;     ///< 0..100.
 };
 
 /// Judges a session by its deformation steps. It reads nothing but logged fields of StepSample, so
@@ -52,7 +54,9 @@ struct ExerciseResult {
 /// Each clip that holds a duct stops the oldest bleeding that began before its step. A perforation is
 /// judged at the first step after its event.
 ///
-/// The exercise begins with the first step. Forces are those on tissue at the steps; a peak between
+/// The exercise begins with the first step. Its time stands in a step whose newest device reading is
+/// older than kStandsAfter: a paused session reads no device. So a pause costs at most kStandsAfter, and
+/// a session that has lost all its devices costs no time. Forces are those on tissue at the steps; a peak between
 /// two steps is not seen. An error counts once until its condition has ended.
 ///
 ///     score = max(0, kStepPoints done / steps + kTimePoints share - sum of the errors' points)
@@ -69,6 +73,7 @@ class ExerciseEvaluator {
   /// s without inverted tissue until it counts again.
   static constexpr double kSoundAgain = 0.5;
   static constexpr std::size_t kMaxErrors = 1000;  ///< Later ones cost nothing.
+  static constexpr Nanoseconds kStandsAfter = kNanosecondsPerSecond / 10;
 
   explicit ExerciseEvaluator(ExerciseOptions options);
 
@@ -109,15 +114,17 @@ class ExerciseEvaluator {
   void FindBleedings(std::size_t rule);
   void FindPerforations(const StepSample& sample, std::size_t rule);
   bool AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W, double force,
-                int duct = -1);
+                int duct = -1, const ClipFinding& clip = {});
   double ProgressOf(const ExerciseStepOptions& step, const StepSample& sample) const;
   bool IsHook(const StepSample& sample, int hand) const;
   double Score() const;
+  double AdvanceTime(const StepRecord& step);
 
   ExerciseOptions options_;
   ExerciseResult result_;
   bool begun_ = false;
   Nanoseconds start_ns_ = 0, last_ns_ = 0;
+  Nanoseconds stood_ns_ = 0;
   double held_ = 0;  // s that the present step's conditions have held
   bool holding_ = false;
   double progress_ = 0;                                      // of the present step, 0..1

@@ -28,7 +28,11 @@ std::array<DuctAction, kMaxInstruments> DuctActions::Apply(ToolState* tools,
     if (pose.instrument_index != tool.instrument_index) {
       Release(&tool, links);
       tool.instrument_index = pose.instrument_index;
+      tool.readout = {};
+      const auto index = ToSize(tool.instrument_index);
+      tool.clips[index] = tool.geometries[index].clips;
     }
+    if (pose.jaw > kJawLetsGo) tool.readout.closed_empty = false;
     if (tool.fills_patch) {
       TickContactPoint& point = tools->contact_points[ToSize(t)][kPlace];
       if (point.slip_T.allFinite()) tool.slip_T = point.slip_T;
@@ -37,7 +41,7 @@ std::array<DuctAction, kMaxInstruments> DuctActions::Apply(ToolState* tools,
     if (tool.held.link >= 0 && pose.jaw > kJawLetsGo) Release(&tool, links);
     const double widest = jaws.ClosingFrom(ToSize(t));
     if (widest > 0 && tool.held.link < 0) {
-      actions[ToSize(t)] = Close(pose, widest, &tool, links);
+      actions[ToSize(t)] = Close(pose, widest, tools->time_ns, &tool, links);
     }
     if (tool.held.link >= 0) MoveHeld(pose, &tool, links);
   }
@@ -77,20 +81,61 @@ DuctActions::Place DuctActions::Between(const Isometry3d& X_WT, double reach_x, 
   return nearest;
 }
 
+// Notes the duct whose surface is nearest to a point between jaws that closed on no duct.
+void DuctActions::NoteMiss(const Vector3d& middle_W, std::span<AttachmentLink> links,
+                           ToolReadout* readout) {
+  double least = std::numeric_limits<double>::infinity();
+  for (const AttachmentLink& link : links) {
+    for (const DuctState& duct : link.state().ducts()) {
+      const Rod& rod = duct.rod();
+      for (int i = 0; i + 1 < rod.nodes(); ++i) {
+        if (!rod.IsSegment(i)) continue;
+        const Vector3d along_W = rod.node(i + 1) - rod.node(i);
+        const double length2 = along_W.squaredNorm();
+        const double share =
+            length2 > 0 ? std::clamp(along_W.dot(middle_W - rod.node(i)) / length2, 0.0, 1.0) : 0;
+        const double distance = (rod.node(i) + share * along_W - middle_W).norm();
+        if (distance >= least) continue;
+        least = distance;
+        readout->missed_duct = duct.model().index;
+        readout->missed_by = std::max(0.0, distance - duct.model().options.radius);
+      }
+    }
+  }
+}
+
+void DuctActions::FillReadout(int tool, ToolReadout* readout) const {
+  const Tool& from = tools_[ToSize(tool)];
+  const auto index = ToSize(from.instrument_index);
+  const int layer = readout->layer;
+  *readout = from.readout;
+  readout->layer = layer;
+  const bool clips = from.geometries[index].action == ToolAction::kClip;
+  readout->clips_left = clips ? from.clips[index] : -1;
+}
+
 // `widest`: the opening from which the jaws close.
-DuctAction DuctActions::Close(const ToolPose& pose, double widest, Tool* tool,
+DuctAction DuctActions::Close(const ToolPose& pose, double widest, Nanoseconds time_ns, Tool* tool,
                               std::span<AttachmentLink> links) {
   const auto index = ToSize(tool->instrument_index);
   const ToolGeometry& geometry = tool->geometries[index];
   const bool clips = geometry.action == ToolAction::kClip;
   if (!geometry.can_grasp && !clips && geometry.action != ToolAction::kCut) return {};
-  if (clips && tool->clips[index] == 0) return {};
+  tool->readout.missed_duct = -1;
+  if (clips && tool->clips[index] == 0) {
+    tool->readout.closed_empty = true;
+    return {};
+  }
   const Isometry3d X_WC = pose.X_WT * pose.X_TC;
   const double opening = Grasp::kHalfOpening * geometry.tip_radius;
   Place place = Between(X_WC, geometry.can_grasp ? opening : 0, std::tan(widest * geometry.opening),
                         geometry.JawsLength(), links);
   if (clips) --tool->clips[index];
   if (place.link < 0) {
+    if (!geometry.can_grasp) {
+      NoteMiss(X_WC * Vector3d(0, 0, geometry.JawsLength() / 2), links, &tool->readout);
+      tool->readout.missed_ns = time_ns;
+    }
     DuctAction action;
     action.kind = clips ? DuctActionKind::kLostClip : DuctActionKind::kNone;
     action.place_W = X_WC.translation();

@@ -21,7 +21,8 @@ namespace hpdm {
 ///    hold an organ's tissue too.
 /// 3. Scissors cut it where it lies within the angle that they opened to since they were last closed. A
 ///    clip applier closes the lumen there, as long as its magazine has clips. It loses a clip where it
-///    closes on no duct.
+///    closes on no duct. An applier that the hand exchanges for another instrument and takes again has a
+///    full magazine.
 ///
 /// Deformation thread; allocates nothing after construction.
 class DuctActions {
@@ -40,6 +41,8 @@ class DuctActions {
                  const std::vector<OrganStep>& organs, ToolPatches* patches);
   /// True if the tool's last patch at kPlace is that of a duct.
   bool FillsPatch(int tool) const { return tools_[ToSize(tool)].fills_patch; }
+  /// Fills in what a display shows of the tool's magazine and of the duct that it missed.
+  void FillReadout(int tool, ToolReadout* readout) const;
 
  private:
   // A node of a duct, or a place on one.
@@ -55,14 +58,17 @@ class DuctActions {
     std::vector<ToolGeometry> geometries;
     std::vector<int> clips;  // left, of each instrument
     int instrument_index = 0;
+    ToolReadout readout;
     Place held;
     bool fills_patch = false;
     Vector3d p_T = Vector3d::Zero();     // of the held node as the jaws closed, m
     Vector3d slip_T = Vector3d::Zero();  // m
   };
 
-  DuctAction Close(const ToolPose& pose, double widest, Tool* tool,
+  DuctAction Close(const ToolPose& pose, double widest, Nanoseconds time_ns, Tool* tool,
                    std::span<AttachmentLink> links);
+  static void NoteMiss(const Vector3d& middle_W, std::span<AttachmentLink> links,
+                       ToolReadout* readout);
   static DuctAction MeasureAction(const DuctState& duct, const Place& place, double jaws);
   void MoveHeld(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) const;
   void Release(Tool* tool, std::span<AttachmentLink> links) const;

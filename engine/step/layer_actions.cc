@@ -39,9 +39,16 @@ std::array<LayerWork, kMaxInstruments> LayerActions::Apply(const ToolState& tool
   for (int t = 0; t < tools.tool_count; ++t) {
     const ToolPose& pose = tools.tools[ToSize(t)];
     const ToolGeometry& geometry = geometries_[ToSize(t)][ToSize(pose.instrument_index)];
-    if (geometry.action == ToolAction::kBurn && pose.pedal) {
+    in_reach_[ToSize(t)] = -1;
+    if (geometry.action == ToolAction::kBurn) {
+      FindHeated(pose, geometry, organs, links);
       const double energy = geometry.power * std::min(dt, kLongestStep);
-      work[ToSize(t)].burning = Burn(pose, geometry, energy, organs, links);
+      if (pose.pedal) work[ToSize(t)].burning = Burn(energy);
+      for (const Reached& at : reached_) {
+        if (at.link->state().Left(at.layer, at.sample) == 0) continue;
+        in_reach_[ToSize(t)] = at.link->joint().layers()[at.layer].bed.index;
+        break;
+      }
     }
     const double widest = jaws.ClosingFrom(ToSize(t));
     if (geometry.action == ToolAction::kCut && widest > 0) {
@@ -84,9 +91,10 @@ void LayerActions::Find(const std::vector<OrganStep>& organs, std::span<Attachme
   });
 }
 
-// Returns the heat spent, J.
-double LayerActions::Burn(const ToolPose& tool, const ToolGeometry& geometry, double energy,
-                          const std::vector<OrganStep>& organs, std::span<AttachmentLink> links) {
+// Lists in reached_ the samples that the tip of a hook heats.
+void LayerActions::FindHeated(const ToolPose& tool, const ToolGeometry& geometry,
+                              const std::vector<OrganStep>& organs,
+                              std::span<AttachmentLink> links) {
   const Vector3d p_tip_W = tool.X_WT.translation();
   Find(organs, links, [&](const Fibres& fibres) {
     const double share = NearestShare(fibres.a_W, fibres.b_W, p_tip_W);
@@ -95,6 +103,10 @@ double LayerActions::Burn(const ToolPose& tool, const ToolGeometry& geometry, do
     const double reach = geometry.tip_radius + kHeatReach + fibres.radius;
     return distance <= reach ? distance : kOutOfReach;
   });
+}
+
+// Burns the samples in reached_. Returns the heat spent, J.
+double LayerActions::Burn(double energy) {
   double left = energy;
   for (const Reached& at : reached_) {
     const AttachmentBed& bed = at.link->joint().layers()[at.layer].bed;

@@ -38,6 +38,9 @@ class LayerActions {
                                                double dt, const std::vector<OrganStep>& organs,
                                                std::span<AttachmentLink> links);
 
+  /// Attachment that the tool's hook would burn where the last step left it; -1: none.
+  int InReach(int tool) const { return in_reach_[ToSize(tool)]; }
+
  private:
   // A sample that an instrument reaches.
   struct Reached {
@@ -52,8 +55,9 @@ class LayerActions {
     double radius = 0;  // m, of a disc of the sample's area
   };
 
-  double Burn(const ToolPose& tool, const ToolGeometry& geometry, double energy,
-              const std::vector<OrganStep>& organs, std::span<AttachmentLink> links);
+  void FindHeated(const ToolPose& tool, const ToolGeometry& geometry,
+                  const std::vector<OrganStep>& organs, std::span<AttachmentLink> links);
+  double Burn(double energy);
   double Cut(const ToolPose& tool, const ToolGeometry& geometry, double widest,
              const std::vector<OrganStep>& organs, std::span<AttachmentLink> links);
   template <typename Distance>
@@ -62,6 +66,7 @@ class LayerActions {
 
   std::vector<std::vector<ToolGeometry>> geometries_;  // of each tool
   std::vector<Reached> reached_;                       // of the present tool
+  std::array<int, kMaxInstruments> in_reach_{};
 };
 
 }  // namespace hpdm

@@ -233,8 +233,10 @@ void EventReporter::Add(const ExerciseEvaluator& exercise) {
   const ExerciseResult& result = exercise.result();
   for (; exercise_errors_ < result.errors.size(); ++exercise_errors_) {
     const ExerciseError& error = result.errors[exercise_errors_];
+    const std::string faults = FaultText(error.clip, "", false);
     sink_(EventSeverity::kWarning, "exercise.error",
-          exercise.options().errors[static_cast<std::size_t>(error.rule)].name);
+          exercise.options().errors[static_cast<std::size_t>(error.rule)].name +
+              (faults.empty() ? "" : ": " + faults));
   }
   for (; exercise_steps_ < result.step_times.size(); ++exercise_steps_) {
     sink_(EventSeverity::kInfo, "exercise.step",

@@ -1,34 +1,22 @@
 #include "render/overlay/status_text.h"
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
+#include <cmath>
+#include <iterator>
+
+#include "engine/base/angle.h"
+#include "render/overlay/exercise_text.h"
+#include "render/overlay/help_page.h"
+#include "render/overlay/status_lines.h"
 
 namespace hpdm {
 namespace {
 
-__attribute__((format(printf, 1, 2))) std::string Text(const char* format, ...) {
-  char text[120];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
-
 double Milli(Nanoseconds duration) { return 1e-6 * static_cast<double>(duration); }
-
-std::string InstrumentName(const StatusNames& names, int tool, int instrument_index) {
-  const auto t = static_cast<std::size_t>(tool), e = static_cast<std::size_t>(instrument_index);
-  if (t < names.instruments.size() && e < names.instruments[t].size()) {
-    return names.instruments[t][e];
-  }
-  return Text("instrument %d", tool + 1);
-}
 
 std::string OrganName(const StatusNames& names, int organ) {
   const auto o = static_cast<std::size_t>(organ);
-  return o < names.organs.size() ? names.organs[o] : Text("organ %d", organ + 1);
+  return o < names.organs.size() ? names.organs[o] : StatusFormat("organ %d", organ + 1);
 }
 
 // Lines for the trainer: they stay below warnings, so that a trainee looks at the tissue.
@@ -36,12 +24,12 @@ std::vector<StatusLine> LoopLines(const Status& status) {
   const SessionHealth& health = status.health;
   std::vector<StatusLine> lines;
   if (health.haptic_hz > 0) {
-    lines.push_back({Text("haptics %.0f Hz, late %.0f \u00b5s (p99)", health.haptic_hz,
-                          1e-3 * static_cast<double>(health.wake_late_p99_ns)),
+    lines.push_back({StatusFormat("haptics %.0f Hz, late %.0f \u00b5s (p99)", health.haptic_hz,
+                                  1e-3 * static_cast<double>(health.wake_late_p99_ns)),
                      Tone::kDim});
-    lines.push_back(
-        {Text("deformation %.0f Hz, %.1f ms", health.deformation_hz, Milli(health.step_compute_ns)),
-         health.step_flags == 0 ? Tone::kDim : Tone::kPlain});
+    lines.push_back({StatusFormat("deformation %.0f Hz, %.1f ms", health.deformation_hz,
+                                  Milli(health.step_compute_ns)),
+                     health.step_flags == 0 ? Tone::kDim : Tone::kPlain});
   }
   if ((health.step_flags & kStepRecovering) != 0) {
     lines.push_back({"overstretched", Tone::kWarning});
@@ -50,15 +38,17 @@ std::vector<StatusLine> LoopLines(const Status& status) {
   }
   if ((health.step_flags & kStepShed) != 0) lines.push_back({"reduced quality"});
   if (status.frame_hz > 0) {
-    lines.push_back({Text("picture %.0f Hz", status.frame_hz), Tone::kDim});
+    lines.push_back({StatusFormat("picture %.0f Hz", status.frame_hz), Tone::kDim});
   }
   if (health.ticks > 0) {
     const std::uint32_t skipped = health.skipped.Total();
-    lines.push_back({Text("ticks missed: %u", skipped), skipped == 0 ? Tone::kDim : Tone::kPlain});
+    lines.push_back(
+        {StatusFormat("ticks missed: %u", skipped), skipped == 0 ? Tone::kDim : Tone::kPlain});
   }
   if (health.log_lost > 0) {
     lines.push_back(
-        {Text("log lost %llu", static_cast<unsigned long long>(health.log_lost)), Tone::kAlarm});
+        {StatusFormat("log lost %llu", static_cast<unsigned long long>(health.log_lost)),
+         Tone::kAlarm});
   }
   return lines;
 }
@@ -66,22 +56,41 @@ std::vector<StatusLine> LoopLines(const Status& status) {
 std::string ClockText(Nanoseconds time_ns) {
   const auto seconds = static_cast<long long>(ToSeconds(time_ns));
   const long long hours = seconds / 3600, minutes = seconds / 60 % 60;
-  return hours > 0 ? Text("%lld:%02lld:%02lld", hours, minutes, seconds % 60)
-                   : Text("%lld:%02lld", minutes, seconds % 60);
+  return hours > 0 ? StatusFormat("%lld:%02lld:%02lld", hours, minutes, seconds % 60)
+                   : StatusFormat("%lld:%02lld", minutes, seconds % 60);
 }
 
 // Lines that answer the user.
-void AddNotices(const Status& status, const StatusNames& names, std::vector<StatusLine>* lines) {
+void AddNotices(const Status& status, std::vector<StatusLine>* lines) {
   const ViewSettings& view = status.view;
   if (view.recording) lines->push_back({"\u25cf recording", Tone::kAlarm});
   if (!status.screenshot.empty()) lines->push_back({status.screenshot, Tone::kGood});
-  if (view.window_width == 0) return;
+}
+
+// Returns the lines of a window that stand above the alarms: a pause, and exchanges that wait.
+std::vector<StatusLine> WaitingLines(const Status& status, const StatusNames& names) {
+  std::vector<StatusLine> lines;
+  const ViewSettings& view = status.view;
+  const bool ended = status.health.exercise.present && status.health.exercise.ended;
+  if (view.paused && !ended) lines.push_back({"PAUSED, p: resume", Tone::kWarning});
+  if (view.window_width == 0) return lines;
   for (int tool = 0; tool < status.scene.tool_count; ++tool) {
     const int wanted = view.wanted_instrument[tool];
     if (wanted == status.scene.tools[tool].instrument_index) continue;
-    lines->push_back(
+    lines.push_back({ExchangeOrder(names, tool, wanted), Tone::kGood});
+    lines.push_back(
         {InstrumentName(names, tool, wanted) + ": free the tip to take it", Tone::kGood});
   }
+  return lines;
+}
+
+// Returns the optics' angle and turn if they are not those of the scene. Empty if they are.
+std::string OpticsText(const Status& status) {
+  const double turn = status.optics_turn / kDegree, angle = status.view.scope.angle / kDegree;
+  const bool turned = std::abs(turn) >= 3;  // a turn of the scope turns them a little
+  if (!turned && std::abs(status.optics_changed) < 1e-6) return {};
+  return StatusFormat("optics %.0f\u00b0", angle) +
+         (turned ? StatusFormat(", turned %.0f\u00b0", turn) : "");
 }
 
 std::vector<StatusLine> StateLines(const Status& status, const StatusNames& names) {
@@ -95,11 +104,15 @@ std::vector<StatusLine> StateLines(const Status& status, const StatusNames& name
         {"click: take the " + InstrumentName(names, active, instrument_index), Tone::kGood});
   }
   if (view.window_width > 0) lines.push_back({"F1: keys", Tone::kDim});
+  if (const std::string optics = OpticsText(status); !optics.empty()) {
+    lines.push_back({optics});
+    if (view.window_width > 0) lines.push_back({"Home: first view", Tone::kDim});
+  }
   if (view.overlays & kOverlayForce) {
-    lines.push_back({Text("colours: force 0 to %g N", kForceScale)});
+    lines.push_back({StatusFormat("colours: force 0 to %g N", kForceScale)});
   }
   if ((view.overlays & kOverlayError) && status.error_scale > 0) {
-    lines.push_back({Text("colours: error 0 to %g mm", 1e3 * status.error_scale)});
+    lines.push_back({StatusFormat("colours: error 0 to %g mm", 1e3 * status.error_scale)});
   }
   return lines;
 }
@@ -113,12 +126,13 @@ std::vector<StatusLine> AlarmLines(const Status& status, const StatusNames& name
     const std::string who =
         InstrumentName(names, tool, status.scene.tools[tool].instrument_index) + ": ";
     if (health.depth > limits.depth) {
-      lines.push_back(
-          {who + Text("%.0f mm deep, limit %.3g mm", 1e3 * health.depth, 1e3 * limits.depth),
-           Tone::kAlarm});
+      lines.push_back({who + StatusFormat("%.0f mm deep, limit %.3g mm", 1e3 * health.depth,
+                                          1e3 * limits.depth),
+                       Tone::kAlarm});
     }
     if (const double force = health.force_W.norm(); force > limits.force) {
-      lines.push_back({who + Text("%.1f N, limit %.3g N", force, limits.force), Tone::kAlarm});
+      lines.push_back(
+          {who + StatusFormat("%.1f N, limit %.3g N", force, limits.force), Tone::kAlarm});
     }
   }
   return lines;
@@ -152,6 +166,8 @@ std::array<bool, kMaxInstruments> SidesOf(const Status& status, const StatusName
 void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
   if ((flags & kGuardDeviceInvalid) != 0) {
     lines->push_back({"device lost", Tone::kAlarm});
+  } else if ((flags & kGuardPaused) != 0) {
+    return;  // no patch is new and no force comes in a pause
   } else if ((flags & kGuardDisabled) != 0) {
     lines->push_back({"force off", Tone::kWarning});
   } else if ((flags & kGuardStalePatch) != 0) {
@@ -161,16 +177,45 @@ void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
   }
 }
 
-// Returns what the tip does: "holds liver", "3.2 mm liver" or "free".
+// Returns what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm
+// liver" or "free".
 StatusLine ContactLine(const Status& status, const StatusNames& names, int tool) {
   const SessionHealth::Tool& health = status.health.tools[tool];
   const SolvedContact& contact = status.scene.contacts[tool];
   if (contact.kind == ContactKind::kGrasp && contact.organ >= 0) {
     return {"holds " + OrganName(names, contact.organ), Tone::kGood};
   }
+  const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
+  if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
+    return {"in " + names.layers[layer], Tone::kGood};
+  }
   if (health.organ < 0) return {"free", Tone::kDim};
-  return {Text("%.1f mm ", 1e3 * health.depth) + OrganName(names, health.organ),
+  return {StatusFormat("%.1f mm ", 1e3 * health.depth) + OrganName(names, health.organ),
           health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
+}
+
+// s for which a closing that found no duct is shown, and m up to which it was near one.
+constexpr double kMissShown = 6, kMissNear = 0.015;
+
+// Adds what a clip applier's magazine holds, and what jaws have just missed.
+void AddReadout(const Status& status, const StatusNames& names, int tool,
+                std::vector<StatusLine>* lines) {
+  const ToolReadout& readout = status.scene.readouts[tool];
+  if (readout.closed_empty) {
+    lines->push_back({"empty: exchange it for a full one (x)", Tone::kAlarm});
+  } else if (readout.clips_left >= 0) {
+    lines->push_back({StatusFormat("clips left: %d", readout.clips_left),
+                      readout.clips_left == 0 ? Tone::kWarning : Tone::kPlain});
+  }
+  const auto duct = static_cast<std::size_t>(readout.missed_duct);
+  const double age = ToSeconds(status.scene.step.time_ns - readout.missed_ns);
+  if (readout.missed_duct < 0 || duct >= names.ducts.size() || age > kMissShown ||
+      readout.missed_by > kMissNear) {
+    return;
+  }
+  lines->push_back({"no duct between jaws:", Tone::kWarning});
+  lines->push_back(
+      {StatusFormat("%.0f mm from ", 1e3 * readout.missed_by) + names.ducts[duct], Tone::kWarning});
 }
 
 std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names, int tool) {
@@ -181,60 +226,17 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
   lines.push_back({(active ? "\u25b8 " : "") +
                        InstrumentName(names, tool, status.scene.tools[tool].instrument_index),
                    active ? Tone::kGood : Tone::kPlain});
+  if (status.outside[static_cast<std::size_t>(tool)]) {
+    lines.push_back({"outside the picture", Tone::kWarning});
+    if (active) lines.push_back({"wheel up brings it in", Tone::kWarning});
+  }
+  AddReadout(status, names, tool, &lines);
   lines.push_back(ContactLine(status, names, tool));
   const double force = health.force_W.norm(), limit = status.limits.force;
-  lines.push_back({Text("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
+  lines.push_back({StatusFormat("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
                    std::clamp(force / (kBarLimits * limit), 0.0, 1.0)});
-  lines.push_back({Text("peak %.2f N", health.peak_force), Tone::kDim});
+  lines.push_back({StatusFormat("peak %.2f N", health.peak_force), Tone::kDim});
   return lines;
-}
-
-// s for which an error stays on the screen.
-constexpr double kErrorShown = 4;
-
-// Adds a text in lines of up to about 44 bytes.
-void AddWrapped(const std::string& text, Tone tone, std::vector<StatusLine>* lines) {
-  constexpr std::size_t kMaxLine = 44;
-  for (std::size_t begin = 0; begin < text.size();) {
-    std::size_t end = text.size();
-    if (end - begin > kMaxLine) {
-      const std::size_t space = text.rfind(' ', begin + kMaxLine);
-      end = space == std::string::npos || space <= begin ? text.find(' ', begin + kMaxLine) : space;
-      end = std::min(end, text.size());
-    }
-    lines->push_back({text.substr(begin, end - begin), tone});
-    begin = end + 1;
-  }
-}
-
-// Returns the present step, how far it is, and the last error for a while.
-std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
-                                      const ExerciseOptions& exercise) {
-  std::vector<StatusLine> lines;
-  const auto step = static_cast<std::size_t>(status.step);
-  if (status.last_error >= 0 && status.time - status.last_error_time < kErrorShown) {
-    AddWrapped(exercise.errors[static_cast<std::size_t>(status.last_error)].name, Tone::kAlarm,
-               &lines);
-  }
-  if (step < exercise.steps.size()) {
-    AddWrapped(Text("%zu/%zu ", step + 1, exercise.steps.size()) + exercise.steps[step].instruction,
-               Tone::kGood, &lines);
-    if (status.progress > 0) lines.push_back({Text("%.0f %%", 100 * status.progress)});
-  }
-  lines.push_back({Text("%.0f s left, %d %s, score %.0f", status.time_left, status.errors,
-                        status.errors == 1 ? "error" : "errors", status.score),
-                   Tone::kDim});
-  return lines;
-}
-
-std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const ExerciseOptions& exercise) {
-  return {{status.passed ? "EXERCISE DONE" : "TIME IS OVER",
-           status.passed ? Tone::kGood : Tone::kWarning},
-          {exercise.name},
-          {Text("%d of %zu steps, %d %s", status.step, exercise.steps.size(), status.errors,
-                status.errors == 1 ? "error" : "errors")},
-          {Text("%.1f s", status.time)},
-          {Text("score %.0f of 100", status.score), Tone::kGood}};
 }
 
 // Radii of marks in heights of the picture. A bleeding grows for 15 s.
@@ -276,42 +278,15 @@ std::vector<StatusMark> MarksOf(const Status& status) {
   return drawn;
 }
 
-std::vector<StatusLine> Keys() {
-  const auto key = [](const char* keys, const char* what) {
-    return StatusLine{what, Tone::kPlain, {}, keys};
-  };
-  return {
-      {"Instrument", Tone::kGood},
-      key("click, Space", "hold it with the mouse; Space releases it"),
-      key("mouse, wheel", "move the tip, push it in and out"),
-      key("left button, j", "close the jaws"),
-      key("right button, q e", "roll"),
-      key("Tab, 1 to 4", "another instrument; what the last one holds stays held"),
-      key("x", "exchange it"),
-      key("d", "pedal: the hook burns, suction sucks while held"),
-      {"Second hand, or a gamepad", Tone::kGood},
-      key("t g f h", "move the tip"),
-      key("y b, c n, v", "push in and out, roll, close the jaws"),
-      {"Laparoscope", Tone::kGood},
-      key("arrows, Shift + mouse", "turn"),
-      key("PgUp PgDn, Shift + wheel", "in and out"),
-      key("+ \u2212", "zoom"),
-      key("a", "optics of 0, 30, 45\u00b0"),
-      key(", .", "turn the optics"),
-      {"Session", Tone::kGood},
-      key("p", "pause"),
-      key("i", "guidance of an exercise"),
-      key("s, r", "screenshot, record"),
-      key("o", "overlays"),
-      key("F1", "show the keys"),
-      key("Esc", "end"),
-  };
-}
-
 }  // namespace
 
 StatusText MakeStatusText(const Status& status, const StatusNames& names) {
   StatusText text;
+  // The page of keys stands alone.
+  if (status.view.help) {
+    text.banner = HelpPage(status, names);
+    return text;
+  }
   const bool shows_text = (status.view.overlays & kOverlayText) != 0;
   if (shows_text) {
     text.loops = LoopLines(status);
@@ -321,21 +296,19 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
     text.state = StateLines(status, names);
     text.on_right = SidesOf(status, names);
   }
+  // These answer the user, so a window has them even without the rest of the text.
+  text.alarms = WaitingLines(status, names);
   if (shows_text || status.view.window_width > 0) {
-    AddNotices(status, names, &text.state);
-    text.alarms = AlarmLines(status, names);
+    AddNotices(status, &text.state);
+    std::ranges::move(AlarmLines(status, names), std::back_inserter(text.alarms));
   }
   if (status.marks != nullptr) text.marks = MarksOf(status);
   const ExerciseStatus& exercise = status.health.exercise;
   const bool guides = status.view.guidance && names.exercise && exercise.present;
   if (guides && !exercise.ended) text.guidance = GuidanceLines(exercise, *names.exercise);
-  // The banner answers the user, so it appears even without the rest of the text.
-  if (status.view.help) {
-    text.banner = Keys();
-  } else if (status.view.paused) {
-    text.banner = {{"PAUSED", Tone::kWarning}, {"p: resume"}};
-  } else if (guides && exercise.ended) {
+  if (guides && exercise.ended) {
     text.banner = ResultLines(exercise, *names.exercise);
+    text.alarms.clear();
   }
   return text;
 }

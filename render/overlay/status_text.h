@@ -19,6 +19,8 @@ struct StatusNames {
   std::vector<std::vector<std::string>> instruments;  ///< [tool][ToolPose::instrument_index].
   std::vector<Vector3d> trocars_W = {};  ///< By tool, m: they decide on which side its text stands.
   std::optional<ExerciseOptions> exercise = {};
+  std::vector<std::string> layers = {};  ///< Of the attachments.
+  std::vector<std::string> ducts = {};
 };
 
 /// Inputs of the text at one frame.
@@ -34,7 +36,10 @@ struct Status {
   const PictureMarks* marks = nullptr;  ///< Of a teacher; null: none.
   /// Where each tool's tip is, 0..1 of the picture from its left and top. None: it is behind the lens.
   std::array<std::optional<Eigen::Vector2d>, kMaxInstruments> tips = {};
-  double aspect = 4.0 / 3;  ///< Width of the picture over its height.
+  double aspect = 4.0 / 3;                      ///< Width of the picture over its height.
+  std::array<bool, kMaxInstruments> outside{};  ///< The tip is outside the circular picture.
+  double optics_turn = 0;                       ///< rad about the shaft, from the first view's.
+  double optics_changed = 0;  ///< rad: the optics' angle less that of the first view.
 };
 
 enum class Tone { kPlain, kDim, kGood, kWarning, kAlarm };
@@ -54,17 +59,17 @@ struct StatusMark {
   StatusLine line;
 };
 
-/// The text by its place: the corners outside the circular picture, and the middle over it. A
-/// window has the notices (recording, a screenshot, a pending exchange) and the alarms even without
-/// kOverlayText.
+/// The text by its place: the corners outside the circular picture, and boxes over its top, middle and
+/// bottom. A window has the notices (recording, a screenshot) and the box at the top even without
+/// kOverlayText. The page of keys stands alone.
 struct StatusText {
   std::vector<StatusLine> loops;                               ///< Top left: rates and losses.
   std::vector<StatusLine> state;                               ///< Top right: clock, notices.
   std::array<std::vector<StatusLine>, kMaxInstruments> tools;  ///< Bottom left and right.
   std::array<bool, kMaxInstruments> on_right = {false, true, false, true};  ///< Of each.
-  std::vector<StatusLine> alarms;    ///< Top of the circle: limits.
+  std::vector<StatusLine> alarms;    ///< Top of the circle: PAUSED, a pending exchange, limits.
   std::vector<StatusLine> guidance;  ///< Bottom of the circle: the exercise.
-  std::vector<StatusLine> banner;    ///< Middle: PAUSED, or the keys.
+  std::vector<StatusLine> banner;    ///< Middle: the keys, or an exercise's result.
   std::vector<StatusMark> marks = {};
 };
 

@@ -60,6 +60,8 @@ int KeyOf(int key, int scancode) {
       return kKeyPageUp;
     case GLFW_KEY_PAGE_DOWN:
       return kKeyPageDown;
+    case GLFW_KEY_HOME:
+      return kKeyHome;
     case GLFW_KEY_SPACE:
       return ' ';
     default:

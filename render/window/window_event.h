@@ -18,6 +18,7 @@ enum Key : int {
   kKeyDown,
   kKeyPageUp,
   kKeyPageDown,
+  kKeyHome,
 };
 
 enum class MouseButton { kLeft, kRight, kMiddle };

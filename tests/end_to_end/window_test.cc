@@ -164,7 +164,7 @@ TEST_F(WindowTest, MouseAndKeysDriveASession) {
   // A paused hand does not move.
   Do("key p mousemove_relative 60 0 sleep 0.4");
   const Image paused = Screenshot(5);
-  EXPECT_GT(BrightPixels(paused, 280, 200, 360, 280), 50) << "PAUSED in the middle";
+  EXPECT_GT(BrightPixels(paused, 260, 40, 380, 75), 50) << "PAUSED at the top of the circle";
   Do("key p sleep 0.4");
   Screenshot(6);
 
@@ -195,6 +195,39 @@ TEST_F(WindowTest, MouseAndKeysDriveASession) {
   // The device's Coulomb friction and the hand's last approach: far below a pixel's half
   // millimetre.
   EXPECT_LT(moved(4, 6), 2e-4) << "what the mouse did in the pause does not count";
+}
+
+/// Copies a scene with another time limit. Its folder has links to the meshes and textures.
+fs::path WithTimeLimit(const std::string& scene, const std::string& seconds,
+                       const fs::path& folder) {
+  for (const auto& entry : fs::directory_iterator(kSource / "scenes")) {
+    if (entry.is_directory()) {
+      fs::create_directory_symlink(entry.path(), folder / entry.path().filename());
+    }
+  }
+  std::string text = ReadFile(kSource / "scenes" / scene);
+  for (const char* key : {"target_time", "time_limit"}) {
+    const std::size_t at = text.find(std::string("\n") + key);
+    if (at == std::string::npos) continue;
+    const std::size_t end = text.find('\n', at + 1);
+    text.replace(at, end - at, key == std::string("time_limit") ? "\ntime_limit = " + seconds : "");
+  }
+  std::ofstream(folder / scene) << text;
+  return folder / scene;
+}
+
+TEST_F(WindowTest, AnExercisesResultStaysUntilAKeyIsPressed) {
+  const fs::path scene = WithTimeLimit("clip_and_cut.toml", "6.0", folder_);
+  Start(scene.string(), "");
+  const auto json = [this] { return nlohmann::json::parse(ReadFile(Out("summary.json"))); };
+  Sleep(9);
+  const Image result = Screenshot(1);
+  EXPECT_GT(BrightPixels(result, 160, 140, 480, 340), 300) << "the result in the middle";
+  Sleep(2.5);
+  EXPECT_FALSE(fs::exists(Out("summary.json"))) << "the session waits";
+  Do("key e");
+  ASSERT_EQ(session_->Wait(20), 0) << ReadFile(folder_ / "stderr");
+  EXPECT_EQ(json()["ended_by"], "exercise");
 }
 
 TEST_F(WindowTest, ASessionOutlivesItsDisplayAndSaysSo) {

@@ -35,6 +35,7 @@ class MadeSession {
     sample.tool_count = tools_;
     for (ToolSample& tool : sample.tools) tool.device_valid = true;
     if (change) change(&sample);
+    if (!sample.paused) device_time_ns_ = sample.time_ns;
     samples_.Push(sample);
     telemetry_.Drain();
   }
@@ -44,6 +45,7 @@ class MadeSession {
     sample.step.number = ++step_;
     sample.step.input_tick = tick_ - 1;
     sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
+    sample.step.device_time_ns = device_time_ns_;
     sample.attachment_count = static_cast<int>(attachments.size());
     std::copy(attachments.begin(), attachments.end(), sample.attachments.begin());
     steps_.Push(sample);
@@ -54,6 +56,7 @@ class MadeSession {
     StepSample sample;
     sample.step.number = ++step_;
     sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
+    sample.step.device_time_ns = device_time_ns_;
     sample.tool_count = tools_;
     sample.contacts[0].organ = organ;
     sample.contacts[0].kind = ContactKind::kPress;
@@ -67,6 +70,7 @@ class MadeSession {
     StepSample sample;
     sample.step.number = ++step_;
     sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
+    sample.step.device_time_ns = device_time_ns_;
     sample.tool_count = tools_;
     sample.duct_actions[0].kind = DuctActionKind::kClip;
     sample.duct_actions[0].duct = 0;
@@ -154,6 +158,7 @@ class MadeSession {
   int tools_;
   std::uint64_t step_ = 0;
   std::uint64_t tick_ = 0;
+  Nanoseconds device_time_ns_ = 0;  // of the last tick that read the devices
 };
 
 }  // namespace hpdm

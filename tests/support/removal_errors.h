@@ -93,6 +93,7 @@ class ErringSurgeon : public RemovalSurgeon {
 
   // --- acts ---
 
+  void Press(bool pressed) { session_.Press(kRight, pressed); }
   void Pedal(int steps) {
     session_.Press(kRight, true);
     Step(steps);
@@ -134,6 +135,8 @@ class ErringSurgeon : public RemovalSurgeon {
     return there();
   }
   const Vector3d& away_W() const { return away_W_; }
+  const Vector3d& tip_W(std::size_t hand) const { return tips_W_[hand]; }
+  Vector3d port_W() const { return Kinematics(kRight).p_trocar_W(); }
   void Open(std::size_t hand) {
     Jaws(hand, 1);
     Step(5);

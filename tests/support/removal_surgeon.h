@@ -72,8 +72,8 @@ class RemovalSurgeon : public ScriptedHands {
   }
 
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
-  /// (rad) off the best roll, `past` (m) beyond the middle of the tube, and opens it again.
-  void CloseOn(Duct duct, double arc, double turned = 0, double past = 0.005) {
+  /// (rad) off the best roll, `past` (m) beyond the middle of the tube. Returns the place of its tip.
+  Vector3d Hold(Duct duct, double arc, double turned = 0, double past = 0.005) {
     Vector3d tip_W = Aim(duct, arc, turned, past);
     Approach(tip_W);
     // The instrument may have moved the duct.
@@ -84,6 +84,11 @@ class RemovalSurgeon : public ScriptedHands {
     }
     Jaws(kRight, 0);
     Step(2);
+    return tip_W;
+  }
+  /// The same, and then draws it back and opens it again.
+  void CloseOn(Duct duct, double arc, double turned = 0, double past = 0.005) {
+    const Vector3d tip_W = Hold(duct, arc, turned, past);
     const Vector3d back_W = (Kinematics(kRight).p_trocar_W() - tip_W).normalized();
     Move(kRight, tip_W + 0.03 * back_W, 0.08);
     Jaws(kRight, 1);

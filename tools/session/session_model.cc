@@ -356,6 +356,8 @@ std::vector<InstrumentVisual> SessionModel::InstrumentVisuals() const {
 StatusNames SessionModel::Names() const {
   StatusNames names;
   names.exercise = scene_.exercise;
+  for (const AttachmentBed& bed : beds_) names.layers.push_back(LabelOf(bed.options));
+  for (const DuctOptions& duct : scene_.ducts) names.ducts.push_back(duct.name);
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
     names.trocars_W.push_back(options.p_trocar_W);

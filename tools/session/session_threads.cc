@@ -35,14 +35,21 @@ std::vector<std::jthread> StartLink(DeviceLink* link) {
   return threads;
 }
 
-// s for which a window shows an exercise's result before the session ends.
-constexpr double kResultShown = 10;
+// s after an exercise's end in which only Esc ends the session: the user may just press keys.
+constexpr double kResultShown = 2;
 
-// True once the scene's exercise is over, and its result has been shown in the window.
-bool ExerciseOver(const Loops& loops, const SessionClock& clock, Nanoseconds* ended_ns) {
+// True once the scene's exercise is over and no window shows its result. In a window the session then
+// pauses until the user presses a key.
+bool ExerciseOver(const Loops& loops, const SessionClock& clock, bool has_window,
+                  Nanoseconds* ended_ns) {
   if (!loops.telemetry.ExerciseEnded()) return false;
-  if (*ended_ns < 0) *ended_ns = clock.Now();
-  return loops.window == nullptr || ToSeconds(clock.Now() - *ended_ns) >= kResultShown;
+  if (!has_window) return true;
+  if (*ended_ns < 0) {
+    *ended_ns = clock.Now();
+    loops.window->SetPaused(true);
+  }
+  if (ToSeconds(clock.Now() - *ended_ns) >= kResultShown) loops.window->EndAtAnyKey();
+  return false;
 }
 
 // Does what the teacher has asked for.
@@ -65,7 +72,7 @@ void PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
   bool& ended = record->ended_by_user;
   Nanoseconds exercise_ended_ns = -1;
   while (!over.stop_requested() && !ended && !record->ended_by_exercise) {
-    record->ended_by_exercise = ExerciseOver(loops, clock, &exercise_ended_ns);
+    record->ended_by_exercise = ExerciseOver(loops, clock, has_window, &exercise_ended_ns);
     HearTeacher(loops, clock.Now(), has_window);
     if (has_window && loops.window->lost()) {
       loops.window->Resume();
@@ -81,6 +88,11 @@ void PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
       loops.exchanges->Advance(clock.Now(), &loops.session.control);
       ended = loops.signals.WaitFor(20'000'000);
     }
+  }
+  // The key that closes the result does not end the session earlier than the exercise.
+  if (exercise_ended_ns >= 0) {
+    record->ended_by_exercise = true;
+    ended = false;
   }
   if (loops.tone != nullptr) loops.tone->Sound(false);
 }

@@ -12,8 +12,8 @@ namespace hpdm {
 namespace {
 
 // Rates of held keys, per second.
-constexpr double kScopeTurn = 25 * kDegree;  // rad
-constexpr double kScopeSlide = 0.04;         // m
+constexpr double kScopeTurn = 8 * kDegree;  // rad
+constexpr double kScopeSlide = 0.04;        // m
 constexpr double kOpticsTurn = 60 * kDegree;
 constexpr double kToolTurn = 120 * kDegree;
 constexpr double kZoom = 1.8;         // factor on the focal length
@@ -38,7 +38,7 @@ constexpr double kOptics[] = {0, 30 * kDegree, 45 * kDegree};
 }  // namespace
 
 TrainerInput::TrainerInput(const ViewSettings& view, const std::vector<Instrument>& instruments)
-    : view_(view), instruments_(instruments) {
+    : view_(view), first_scope_(view.scope), instruments_(instruments) {
   HPDM_CHECK(instruments.size() <= kMaxInstruments);
   for (std::size_t i = 0; i < instruments.size(); ++i) targets_[i] = instruments[i].start;
   // The first active instrument is the first that the mouse moves.
@@ -89,11 +89,14 @@ void TrainerInput::Take(const WindowEvent& event) {
     // Another window has the keyboard: all keys and buttons count as released.
     held_.clear();
     gamepad_ = {};
+    pad_grips_ = false;
     captured_ = grips_ = twists_ = false;
     UpdateJaw();
     UpdatePedal();
   } else if (const auto* gamepad = std::get_if<GamepadEvent>(&event)) {
+    const bool gripped = gamepad_.grip;
     gamepad_ = *gamepad;
+    if (gamepad_.grip != gripped) pad_grips_ = gamepad_.grip;
     UpdateJaw();
   } else if (std::holds_alternative<CloseEvent>(event)) {
     ended_ = true;
@@ -101,6 +104,7 @@ void TrainerInput::Take(const WindowEvent& event) {
 }
 
 void TrainerInput::Press(int key) {
+  if (any_key_ends_ && key != 's') ended_ = true;
   switch (key) {
     case kKeyEscape:
       ended_ = true;
@@ -131,11 +135,10 @@ void TrainerInput::Press(int key) {
       UpdateJaw();
       break;
     case 'x':
-      if (static_cast<std::size_t>(view_.active_instrument) < instruments_.size()) {
-        int& instrument_index = control_.instrument_index[view_.active_instrument];
-        instrument_index = (instrument_index + 1) % instruments_[view_.active_instrument].exchanges;
-        view_.wanted_instrument[view_.active_instrument] = instrument_index;
-      }
+      Exchange();
+      break;
+    case kKeyHome:
+      view_.scope = first_scope_;
       break;
     case 'a':
       NextOptics();
@@ -276,7 +279,7 @@ void TrainerInput::SetTarget(int instrument, const Vector3d& p_W, double roll) {
 void TrainerInput::UpdateJaw() {
   for (int i = 0; i < static_cast<int>(instruments_.size()); ++i) {
     const bool gripped =
-        (grips_ && i == view_.active_instrument) || (gamepad_.grip && i == SecondHand());
+        (grips_ && i == view_.active_instrument) || (pad_grips_ && i == SecondHand());
     if (!view_.paused) targets_[i].jaw = closed_[i] || gripped ? 0 : 1;
   }
 }
@@ -319,9 +322,25 @@ void TrainerInput::NextInstrument() {
 void TrainerInput::Activate(int instrument) {
   if (static_cast<std::size_t>(instrument) >= instruments_.size()) return;
   if (!instruments_[instrument].mouse) return;
+  // What the mouse or the gamepad holds stays held.
+  if (instrument != view_.active_instrument && !view_.paused) {
+    if (grips_) closed_[view_.active_instrument] = true;
+    if (const int second = SecondHand(); pad_grips_ && second >= 0) closed_[second] = true;
+    pad_grips_ = false;
+  }
   view_.active_instrument = instrument;
   grips_ = false;
   UpdateJaw();
+}
+
+// Asks for the active hand's next instrument, or with Shift for the previous one.
+void TrainerInput::Exchange() {
+  const auto active = static_cast<std::size_t>(view_.active_instrument);
+  if (active >= instruments_.size()) return;
+  const int count = instruments_[active].exchanges;
+  int& instrument_index = control_.instrument_index[active];
+  instrument_index = (instrument_index + (Shift() ? count - 1 : 1)) % count;
+  view_.wanted_instrument[active] = instrument_index;
 }
 
 }  // namespace hpdm

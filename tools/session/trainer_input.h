@@ -25,9 +25,12 @@ namespace hpdm {
 ///     y, b; c, n; v                  push it in, pull it out; roll it; close or open its jaws
 ///     gamepad                        the same: left stick, triggers, right stick, lower button
 ///     d                              presses the pedal of all instruments while held
-///     Tab; 1, 2; x                   next instrument; that instrument; its next exchange
+///     Tab; 1, 2                      next instrument; that instrument. The last one's closed jaws
+///                                    stay closed, as by j
+///     x; Shift and x                 next exchange of the instrument; the previous one
 ///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
 ///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
+///     Home                           first view
 ///     o, i, p, s, r, F1              overlays, guidance, pause, screenshot, recording, help
 ///     Space or a click               captures the cursor; Space lets it go
 ///     Esc                            ends the session
@@ -57,6 +60,9 @@ class TrainerInput {
   /// Pauses or continues the session, as the key p does.
   void SetPaused(bool paused);
 
+  /// Lets any key that is pressed from now on end the session, but that of the screenshot.
+  void EndAtAnyKey() { any_key_ends_ = true; }
+
   const ViewSettings& view() const { return view_; }
   const SessionControl& control() const { return control_; }
   const HandTarget& target(int instrument) const { return targets_[instrument]; }
@@ -73,6 +79,7 @@ class TrainerInput {
   void MoveScope(double up, double right, double insertion, double roll, double zoom);
   void NextInstrument();
   void Activate(int instrument);
+  void Exchange();
   void NextOverlay();
   void NextOptics();
   void SetTarget(int instrument, const Vector3d& p_W, double roll);
@@ -88,14 +95,17 @@ class TrainerInput {
   double PixelsAcross() const;
 
   ViewSettings view_;
+  LaparoscopeOptions first_scope_;
   SessionControl control_;
   std::vector<Instrument> instruments_;
   std::array<HandTarget, kMaxInstruments> targets_;
   std::array<bool, kMaxInstruments> closed_{};  // by key, until it is pressed again
   std::set<int> held_;
   GamepadEvent gamepad_;
-  bool grips_ = false;   // the left button is held
-  bool twists_ = false;  // the right button is held
+  bool any_key_ends_ = false;
+  bool pad_grips_ = false;  // the gamepad's grip is held, since the present second hand is one
+  bool grips_ = false;      // the left button is held
+  bool twists_ = false;     // the right button is held
   bool captured_ = false;
   bool ended_ = false;
 };

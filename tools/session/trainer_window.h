@@ -40,6 +40,9 @@ class TrainerWindow {
   /// Pauses or continues the session, as the key does. The controls are published by Pump.
   void SetPaused(bool paused) { input_.SetPaused(paused); }
 
+  /// Lets any key that is pressed from now on end the session, but that of the screenshot.
+  void EndAtAnyKey() { input_.EndAtAnyKey(); }
+
   /// Ends a pause after the window is lost, when no key can end it.
   void Resume();
 

@@ -117,6 +117,28 @@ TEST_P(Burning, TakesTheAreaThatTheHeatVaporises) {
 }
 
 // A sample is burnt if its disc comes within a millimetre of the tip; whole samples are.
+TEST(LayerActions, AHookSaysWhichLayerItWouldBurnWithoutThePedal) {
+  const Bed bed;
+  OrganBench bench;
+  bed.AddTo(&bench);
+  ToolOptions hook = With(ToolAction::kBurn);
+  hook.geometries[0].power = 1e6;  // burns all that it reaches in one step
+  bench.Start({hook});
+  const auto layer = [&](const ToolPose& tool) {
+    bench.Step(tool);
+    bench.render->Update();
+    return bench.render->Front().readouts[0].layer;
+  };
+  ToolPose tool = InGap(0.002, 0.001);
+  EXPECT_EQ(layer(OrganBench::Away()), -1);
+  EXPECT_EQ(layer(tool), 0);
+  EXPECT_EQ(Damaged(bench), 0) << "without the pedal";
+  tool.pedal = true;
+  layer(tool);
+  tool.pedal = false;
+  EXPECT_EQ(layer(tool), -1) << "all in reach is burnt";
+}
+
 TEST(LayerActions, HeatReachesAMillimetreAndNoFurther) {
   const Bed bed;
   OrganBench bench;

@@ -28,7 +28,9 @@ OrganOptions Block(const char* name, double young) {
 
 /// Two blocks whose far sides are held, and a tool that comes from +x.
 struct JoinedBlocks {
-  explicit JoinedBlocks(const ToolGeometry& geometry, double young = 2e4) {
+  // `exchanges`: the hand's further instruments.
+  explicit JoinedBlocks(const ToolGeometry& geometry, double young = 2e4,
+                        const std::vector<ToolGeometry>& exchanges = {}) {
     OrganOptions below = Block("below", young), above = Block("above", young);
     below.supports.push_back({hpdm::Box{Vector3d(-1, -1, -1), Vector3d(1, 1, -0.009)}, {}});
     above.supports.push_back({hpdm::Box{Vector3d(-1, -1, kLength + 0.009), Vector3d(1, 1, 1)}, {}});
@@ -48,6 +50,7 @@ struct JoinedBlocks {
     bench.Join(duct);
     ToolOptions tool;
     tool.geometries[0] = geometry;
+    for (const ToolGeometry& exchange : exchanges) tool.geometries.push_back(exchange);
     bench.Start({tool});
   }
   // Jaws whose plane y = 0 of the tool frame is across the duct, at `height` on it (m), and whose
@@ -72,6 +75,10 @@ struct JoinedBlocks {
   const DuctAction& action() const { return bench.loop().sample().duct_actions[0]; }
   void Step(const ToolPose& tool, int steps = 1) {
     for (int step = 0; step < steps; ++step) bench.Step(tool);
+  }
+  const ToolReadout& Readout() {
+    bench.render->Update();
+    return bench.render->Front().readouts[0];
   }
   const DuctState& duct() const { return bench.loop().links()[0].state().ducts()[0]; }
   SegmentState SegmentAt(double arc) const {
@@ -185,6 +192,46 @@ TEST(DuctActions, ScissorsCutADuctOnceForEachTimeThatTheyClose) {
   blocks.Step(JoinedBlocks::Jaws(0.02, 1));
   blocks.Step(JoinedBlocks::Jaws(0.02, 0.05), 3);
   EXPECT_EQ(blocks.duct().Outcome().cuts, 2);
+}
+
+TEST(DuctActions, AnEmptyMagazineIsShownAndFullAgainAfterAnExchange) {
+  JoinedBlocks blocks(ClipApplier(2), 2e4, {Grasper()});
+  blocks.Step(JoinedBlocks::Jaws(0.01, 1));
+  EXPECT_EQ(blocks.Readout().clips_left, 2);
+  for (const double height : {0.01, 0.014}) {
+    blocks.Step(JoinedBlocks::Jaws(height, 1));
+    blocks.Step(JoinedBlocks::Jaws(height, 0.05), 2);
+  }
+  EXPECT_EQ(blocks.Readout().clips_left, 0);
+  EXPECT_FALSE(blocks.Readout().closed_empty) << "the last one put a clip";
+  blocks.Step(JoinedBlocks::Jaws(0.018, 1));
+  blocks.Step(JoinedBlocks::Jaws(0.018, 0.05), 2);
+  EXPECT_TRUE(blocks.Readout().closed_empty);
+  blocks.Step(JoinedBlocks::Jaws(0.018, 1));
+  EXPECT_FALSE(blocks.Readout().closed_empty) << "until they open";
+  ToolPose grasper = JoinedBlocks::Jaws(0.018, 1, Vector3d(0.05, 0, 0));
+  grasper.instrument_index = 1;
+  blocks.Step(grasper);
+  EXPECT_EQ(blocks.Readout().clips_left, -1);
+  blocks.Step(JoinedBlocks::Jaws(0.018, 1));
+  EXPECT_EQ(blocks.Readout().clips_left, 2);
+  blocks.Step(JoinedBlocks::Jaws(0.018, 0.05), 2);
+  EXPECT_EQ(blocks.duct().Outcome().clips, 3);
+}
+
+TEST(DuctActions, JawsThatMissADuctSayHowFarItIs) {
+  for (const ToolGeometry& geometry : {Scissors(), ClipApplier(3)}) {
+    JoinedBlocks blocks(geometry);
+    const Vector3d beside(0, 0.012, 0);
+    blocks.Step(JoinedBlocks::Jaws(0.012, 1, beside));
+    EXPECT_EQ(blocks.Readout().missed_duct, -1);
+    blocks.Step(JoinedBlocks::Jaws(0.012, 0.05, beside), 2);
+    EXPECT_EQ(blocks.Readout().missed_duct, 0);
+    EXPECT_NEAR(blocks.Readout().missed_by, 0.012 - 0.002, 1e-4) << "from its surface";
+    blocks.Step(JoinedBlocks::Jaws(0.012, 1));
+    blocks.Step(JoinedBlocks::Jaws(0.012, 0.05), 2);
+    EXPECT_EQ(blocks.Readout().missed_duct, -1) << "they hit it";
+  }
 }
 
 TEST(DuctActions, AClipApplierClosesTheLumenUntilItsMagazineIsEmpty) {

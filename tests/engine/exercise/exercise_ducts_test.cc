@@ -85,6 +85,7 @@ class DuctCourse {
     }
     for (int step = 0; step < 2; ++step) {
       sample_.step.time_ns += kStepPeriod;
+      sample_.step.device_time_ns = sample_.step.time_ns;
       evaluator_.Add(sample_);
       sample_.duct_actions[1] = {};
     }
@@ -248,7 +249,7 @@ class Bleedings : public testing::Test {
     StepSample sample;
     sample.tool_count = 2;
     sample.step.number = static_cast<std::uint64_t>(number);
-    sample.step.time_ns = number * kStepPeriod;
+    sample.step.time_ns = sample.step.device_time_ns = number * kStepPeriod;
     sample.duct_actions[1] = action;
     judge->Add(sample);
   }
@@ -309,6 +310,55 @@ TEST_F(Bleedings, OnlyTimesDecideNotTheOrderOfEventAndSteps) {
     ASSERT_EQ(result.errors.size(), 1u);
     EXPECT_EQ(result.errors[0].time, results[0].errors[0].time);
   }
+}
+
+TEST(ExerciseDucts, ABadClipSaysEachFaultWithItsFigure) {
+  DuctJudge judge({{"duct", 0}, {"artery", 1}, {"branch", -1}});
+  const auto said = [&](const DuctAction& clip, bool keys = false) {
+    const ClipFinding finding = judge.Examine(clip, 20 * kDegree);
+    EXPECT_EQ(finding.faults == kClipSound, judge.IsGood(clip, 20 * kDegree));
+    return FaultText(finding, "", keys);
+  };
+  EXPECT_EQ(said(Clip(0.01)), "");
+  EXPECT_EQ(said(Tilted(38)), "oblique: 38\u00b0 (at most 20\u00b0)");
+  EXPECT_EQ(said(Tilted(38), true), "oblique: 38\u00b0 (at most 20\u00b0), roll it with q or e");
+  EXPECT_EQ(said(Covering(0.999)), "covers 99 % of the width, must cover all of it");
+  judge.Keep(Clip(0.01), true);
+  EXPECT_EQ(said(Clip(0.0124)), "1.4 mm from the next clip (at least 2 mm)");
+  EXPECT_EQ(said(Clip(0.0105)), "on another clip");
+  // The duct's end a is the organ's, and its end b stays.
+  EXPECT_EQ(said(Clip(0.0025)), "") << "near the end that is taken out";
+  EXPECT_EQ(said(Clip(kLength - 0.0026)), "2.1 mm from the end that stays (at least 3 mm)");
+  EXPECT_EQ(said(Clip(0.0026, kArtery)), "2.1 mm from the end that stays (at least 3 mm)");
+  DuctAction both = Tilted(25, kLength - 0.0026);
+  EXPECT_EQ(said(both),
+            "oblique: 25\u00b0 (at most 20\u00b0); 2.1 mm from the end that stays (at least 3 mm)");
+  EXPECT_EQ(FaultText(judge.Examine(Tilted(38, 0.02), 20 * kDegree), "artery", false),
+            "artery: oblique: 38\u00b0 (at most 20\u00b0)");
+}
+
+TEST(ExerciseDucts, AnErrorOfAClipHoldsItsFinding) {
+  DuctCourse course(DuctExercise({.kind = ExerciseErrorKind::kBadClip, .limit = 15 * kDegree}));
+  course.Run({Tilted(18)});
+  ASSERT_EQ(course.errors(), 1u);
+  const ClipFinding& clip = course.result().errors[0].clip;
+  EXPECT_EQ(clip.faults, kClipOblique);
+  EXPECT_NEAR(clip.angle, 18 * kDegree, 1e-12);
+  EXPECT_NEAR(clip.most_angle, 15 * kDegree, 1e-12) << "of the rule";
+  const ExerciseStatus status = course.evaluator().Status();
+  EXPECT_EQ(status.last_error_clip.faults, kClipOblique);
+  EXPECT_EQ(status.last_error_duct, kDuct);
+  EXPECT_EQ(status.error_counts[0], 1);
+  EXPECT_EQ(status.error_counts[1], 0);
+
+  DuctCourse losing(DuctExercise({.kind = ExerciseErrorKind::kLostClip}));
+  losing.Run({Lost()});
+  DuctAction refused = Clip(0.01);
+  refused.kind = DuctActionKind::kLostClip;
+  losing.Run({refused});
+  ASSERT_EQ(losing.errors(), 2u);
+  EXPECT_EQ(losing.result().errors[0].clip.faults, kClipOnNothing);
+  EXPECT_EQ(losing.result().errors[1].clip.faults, kClipRefused);
 }
 
 }  // namespace

@@ -41,10 +41,13 @@ class Course {
     change(&sample_);
     for (int i = 0; i < steps; ++i) {
       sample_.step.time_ns += kPeriod;
+      if (!paused_) sample_.step.device_time_ns = sample_.step.time_ns;
       ++sample_.step.number;
       evaluator_.Add(sample_);
     }
   }
+  // In a pause no device is read.
+  void SetPaused(bool paused) { paused_ = paused; }
   const ExerciseResult& result() const { return evaluator_.result(); }
   ExerciseStatus status() const { return evaluator_.Status(); }
   std::size_t errors() const { return result().errors.size(); }
@@ -52,6 +55,7 @@ class Course {
  private:
   StepSample sample_;
   ExerciseEvaluator evaluator_;
+  bool paused_ = false;
 };
 
 void Touch(StepSample* sample, int hand, int organ, double force,
@@ -260,6 +264,19 @@ TEST(ExerciseEvaluator, ShortPressesOfThePedalDoNotAddUpButEachLongOneCounts) {
   EXPECT_DOUBLE_EQ(course.result().score, 0) << "40 - 45";
 }
 
+TEST(ExerciseEvaluator, NothingIsDroppedWhileOtherJawsHoldIt) {
+  const auto hold = [](int hand, ContactKind kind) {
+    return [=](StepSample* s) { Touch(s, hand, kGallbladder, 1, kind, 0.02); };
+  };
+  Course course(Exercise({ExerciseErrorKind::kDrop, "", 0.012}));
+  course.Run(3, hold(kGrasper, ContactKind::kGrasp));
+  course.Run(3, hold(kHook, ContactKind::kGrasp));
+  course.Run(3, hold(kHook, ContactKind::kNone));
+  EXPECT_EQ(course.errors(), 0u);
+  course.Run(3, hold(kGrasper, ContactKind::kNone));
+  EXPECT_EQ(course.errors(), 1u);
+}
+
 ExerciseOptions FourSteps() {
   ExerciseOptions exercise;
   exercise.time_limit = 10;
@@ -341,6 +358,39 @@ TEST(ExerciseEvaluator, LateStepsGiveNoTimePointsAndTheLimitEndsIt) {
   EXPECT_FALSE(never.result().passed);
   EXPECT_DOUBLE_EQ(never.result().time, 10);
   EXPECT_DOUBLE_EQ(never.result().score, 40);
+}
+
+TEST(ExerciseEvaluator, TheTimeStandsInAPause) {
+  Course course(Exercise({.kind = ExerciseErrorKind::kForce, .limit = 4}));
+  course.Run(31);
+  EXPECT_NEAR(course.result().time, 30 * kDt, 1e-9);
+  course.SetPaused(true);
+  course.Run(300);  // 10 s
+  // The first steps of a pause have a reading that is not yet older than kStandsAfter.
+  const double counted = course.result().time - 30 * kDt;
+  EXPECT_GT(counted, 0);
+  EXPECT_LE(counted, ToSeconds(ExerciseEvaluator::kStandsAfter));
+  EXPECT_NEAR(course.result().stood, 300 * kDt - counted, 1e-9);
+  const double before = course.status().time_left;
+  course.Run(100);
+  EXPECT_EQ(course.status().time_left, before);
+  course.SetPaused(false);
+  course.Run(30);
+  EXPECT_NEAR(course.result().time, 60 * kDt + counted, 1e-9) << "it goes on where it stood";
+}
+
+TEST(ExerciseEvaluator, APauseDoesNotEndTheExerciseNorCompleteAStepThatMustLast) {
+  ExerciseOptions options = Exercise({.kind = ExerciseErrorKind::kForce, .limit = 4});
+  options.steps[0].time = 2;
+  Course course(options);
+  course.Run(31);  // 1 s of 2
+  course.SetPaused(true);
+  course.Run(4000);  // beyond the time limit of 100 s
+  EXPECT_FALSE(course.result().ended);
+  EXPECT_TRUE(course.result().step_times.empty());
+  course.SetPaused(false);
+  course.Run(31);
+  EXPECT_EQ(course.result().step_times.size(), 1u);
 }
 
 }  // namespace

@@ -124,10 +124,10 @@ TEST(StatusText, AnswersTheUserAlsoWithoutTheTextOverlay) {
   scenery.screenshot = "saved screenshot_0001.png";
   const StatusText text = scenery.Text();
   EXPECT_TRUE(Says(text.state, "recording"));
-  EXPECT_TRUE(Says(text.state, "left hook: free the tip to take it"));
+  EXPECT_TRUE(Says(text.alarms, "left hook: free the tip to take it"));
   EXPECT_TRUE(Says(text.state, "saved screenshot_0001.png"));
   scenery.scene.tools[0].instrument_index = 1;
-  EXPECT_FALSE(Says(scenery.Text().state, "left hook")) << "the exchange is done";
+  EXPECT_FALSE(Says(scenery.Text().alarms, "left hook")) << "the exchange is done";
 }
 
 TEST(StatusText, TheClockShowsTheSessionsTime) {
@@ -180,7 +180,8 @@ TEST(StatusText, PauseAndKeysAreShownWithoutTheTextOverlay) {
   EXPECT_TRUE(scenery.Text().tools[0].empty());
   EXPECT_TRUE(scenery.Text().banner.empty());
   scenery.view.paused = true;
-  EXPECT_TRUE(Says(scenery.Text().banner, "PAUSED"));
+  EXPECT_TRUE(Says(scenery.Text().alarms, "PAUSED"));
+  EXPECT_TRUE(scenery.Text().banner.empty()) << "the middle of the picture stays free";
   scenery.view.help = true;
   EXPECT_TRUE(Says(scenery.Text().banner, "screenshot"));
 }

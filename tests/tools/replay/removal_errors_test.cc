@@ -1,5 +1,5 @@
 // The exercise finds each scripted error of a gallbladder's removal, and flags no near miss
-// (tests/support/removal_errors.h). The scripts run sessions on coarse lattices, here of artery_in_front with
+// (tests/support/removal_errors.h and further_removal_errors.h). The scripts run sessions on coarse lattices, here of artery_in_front with
 // seed 0, since `ctest` has little time. build/tests/try_errors runs other anatomies and seeds;
 // tools/report/README.md has its results. Errors that no script makes reliably (tears, inverted tissue, a bleeding
 // that lasts) have their near misses in tests/engine/exercise.
@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "tests/support/anatomy_removal.h"
+#include "tests/support/further_removal_errors.h"
 #include "tests/support/scratch_folder.h"
 
 namespace hpdm {
@@ -25,8 +26,9 @@ TEST(ScriptedErrors, AreFoundAndNearMissesAreNot) {
   RemovalErrorTrials trials(model);
   ASSERT_EQ(trials.done(), 4u) << "up to the critical view";
   EXPECT_EQ(trials.Errors(), std::vector<std::string>{});
-  const std::vector<RemovalError> errors = RemovalErrors();
+  std::vector<RemovalError> errors = RemovalErrors();
   EXPECT_EQ(errors.size(), 19u);
+  for (const RemovalError& error : FurtherRemovalErrors()) errors.push_back(error);
   for (const RemovalError& error : errors) {
     const ErrorTrial trial = trials.Try(error);
     EXPECT_TRUE(trial.done) << error.name;

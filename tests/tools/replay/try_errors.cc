@@ -1,4 +1,5 @@
-// Tries the scripted errors of tests/support/removal_errors.h in anatomies and patients:
+// Tries the scripted errors of tests/support/removal_errors.h and further_removal_errors.h in anatomies and
+// patients:
 //
 //   ninja -C build try_errors
 //   build/tests/try_errors                            # three anatomies, five seeds each
@@ -15,12 +16,19 @@
 #include <vector>
 
 #include "tests/support/anatomy_removal.h"
+#include "tests/support/further_removal_errors.h"
 #include "tests/support/removal_errors.h"
 #include "tests/support/scratch_folder.h"
 
 namespace {
 
 using namespace hpdm;
+
+std::vector<RemovalError> AllErrors() {
+  std::vector<RemovalError> errors = RemovalErrors();
+  for (const RemovalError& error : FurtherRemovalErrors()) errors.push_back(error);
+  return errors;
+}
 
 struct Row {
   int tried = 0, found = 0, false_alarms = 0;
@@ -36,7 +44,7 @@ void TryIn(const std::string& variant, int seed, std::vector<Row>* rows, bool* c
   for (const std::string& error : trials.Errors()) std::printf(", %s", error.c_str());
   *clean = *clean && trials.Errors().empty() && trials.done() == 4;
   std::printf("\n");
-  const std::vector<RemovalError> errors = RemovalErrors();
+  const std::vector<RemovalError> errors = AllErrors();
   rows->resize(errors.size());
   for (std::size_t e = 0; e < errors.size(); ++e) {
     const ErrorTrial trial = trials.Try(errors[e]);
@@ -66,7 +74,7 @@ int TryAll(int argc, char** argv) {
     }
   }
   std::printf("\n| error and near miss | found | near misses flagged |\n|---|---|---|\n");
-  const std::vector<RemovalError> errors = RemovalErrors();
+  const std::vector<RemovalError> errors = AllErrors();
   for (std::size_t e = 0; e < errors.size(); ++e) {
     std::printf("| %s | %d of %d | %d |\n", errors[e].name.c_str(), rows[e].found, rows[e].tried,
                 rows[e].false_alarms);

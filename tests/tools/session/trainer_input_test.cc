@@ -292,7 +292,7 @@ TEST_F(TrainerInputTest, ArrowsAndShiftedDragsTurnTheViewAboutTheTrocar) {
   const Laparoscope before(input.view().scope, kWidth, kHeight);
   const Vector3d tip = input.target(0).p_W;
   input.Handle(KeyEvent{kKeyRight, true});
-  for (int i = 0; i < 20; ++i) input.Advance(0.01);
+  for (int i = 0; i < 60; ++i) input.Advance(0.01);
   input.Handle(KeyEvent{kKeyRight, false});
   const Laparoscope right(input.view().scope, kWidth, kHeight);
   EXPECT_GT(right.ViewingAxis_W().dot(before.X_WC().linear().col(0)), 0.05);

@@ -146,7 +146,8 @@ Json ExerciseToJson(const ExerciseReport& exercise, const SessionReport& report)
          {"organ", error.organ < 0 || organ >= organs.size() ? Json(nullptr) : Json(organs[organ])},
          {"duct", error.duct < 0 ? Json(nullptr) : Json(options.ducts.at(ToSize(error.duct)).name)},
          {"place_m", {error.place_W.x(), error.place_W.y(), error.place_W.z()}},
-         {"force_N", error.force}});
+         {"force_N", error.force},
+         {"clip_faults", FaultText(error.clip, "", false)}});
   }
   Json bleedings = Json::array();
   for (const ExerciseBleeding& bleeding : result.bleedings) {
@@ -154,9 +155,16 @@ Json ExerciseToJson(const ExerciseReport& exercise, const SessionReport& report)
                          {"lasted_s", bleeding.end - bleeding.begin},
                          {"stopped", bleeding.stopped}});
   }
-  return {{"name", options.name},  {"score", result.score}, {"passed", result.passed},
-          {"ended", result.ended}, {"time_s", result.time}, {"error_count", result.errors.size()},
-          {"steps", steps},        {"errors", errors},      {"bleedings", bleedings}};
+  return {{"name", options.name},
+          {"score", result.score},
+          {"passed", result.passed},
+          {"ended", result.ended},
+          {"time_s", result.time},
+          {"stood_s", result.stood},
+          {"error_count", result.errors.size()},
+          {"steps", steps},
+          {"errors", errors},
+          {"bleedings", bleedings}};
 }
 
 }  // namespace

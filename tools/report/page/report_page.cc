@@ -62,6 +62,10 @@ std::string ExercisePanel(const SessionReport& report) {
   html += Format("<p><b>Score %.1f of 100.</b> %s after %.1f s of %.0f s, with %zu %s.</p>\n",
                  result.score, outcome, result.time, options.time_limit, result.errors.size(),
                  result.errors.size() == 1 ? "error" : "errors");
+  if (result.stood > 0) {
+    html += Format("<p>The time stood for %.1f s, while no device was read: pauses.</p>\n",
+                   result.stood);
+  }
   html +=
       "<div class=\"wide\"><table><thead><tr><th>Step</th><th class=\"number\">done after, s</th>"
       "<th class=\"number\">took, s</th></tr></thead><tbody>\n";
@@ -89,8 +93,10 @@ std::string ExercisePanel(const SessionReport& report) {
       const auto at = static_cast<std::size_t>(index);
       return index < 0 || at >= names.size() ? "\u2013" : of(names[at]);
     };
+    const std::string faults = FaultText(error.clip, "", false);
     html +=
-        "<tr><th scope=\"row\">" + EscapeHtml(rule.name) + "</th>" +
+        "<tr><th scope=\"row\">" + EscapeHtml(rule.name) +
+        (faults.empty() ? "" : "<br>" + EscapeHtml(faults)) + "</th>" +
         Format("<td class=\"number\">%.1f</td>", error.time) + "<td>" +
         EscapeHtml(name(error.hand, report.hands,
                         [&](const auto& h) { return h.InstrumentName(error.instrument_index); })) +

@@ -166,6 +166,14 @@ TEST(ReportJson, AnExerciseIsJudgedByTheLogAsItWasInTheSession) {
     }
   };
   press(3.1, 5);
+  // A pause of 13 s, beyond the time limit.
+  for (int step = 0; step < 400; ++step) {
+    for (int tick = 0; tick < 33; ++tick) {
+      session.Tick([](HapticSample* sample) { sample->paused = true; });
+    }
+    session.PressStep(3.1, 1);
+  }
+  EXPECT_FALSE(session.telemetry().ExerciseEnded()) << "the time stands in a pause";
   press(1.0 / 3, 6);
   EXPECT_FALSE(session.telemetry().ExerciseEnded());
   press(1.0 / 3, 10);
@@ -178,6 +186,8 @@ TEST(ReportJson, AnExerciseIsJudgedByTheLogAsItWasInTheSession) {
   EXPECT_EQ(read.score, live.score);
   EXPECT_EQ(read.step_times, live.step_times);
   EXPECT_EQ(read.time, live.time);
+  EXPECT_EQ(read.stood, live.stood);
+  EXPECT_NEAR(live.stood, 400 * 0.033, 0.15);
   ASSERT_EQ(read.errors.size(), 1u);
   EXPECT_EQ(read.errors[0].force, live.errors[0].force);
   const auto json = ToJson(report)["exercise"];
@@ -187,6 +197,8 @@ TEST(ReportJson, AnExerciseIsJudgedByTheLogAsItWasInTheSession) {
   EXPECT_EQ(json["errors"][0]["name"], "too strong");
   EXPECT_EQ(json["errors"][0]["organ"], "gallbladder");
   EXPECT_EQ(json["errors"][0]["force_N"], 3.1);
+  EXPECT_EQ(json["errors"][0]["clip_faults"], "");
+  EXPECT_EQ(json["stood_s"], live.stood);
   EXPECT_EQ(json["errors"][0]["place_m"][2], 0.03);
   MadeSession without;
   without.Press(33, 1, 1);

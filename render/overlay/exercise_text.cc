@@ -1,0 +1,92 @@
+#include "render/overlay/exercise_text.h"
+
+#include <algorithm>
+
+#include "engine/exercise/duct_judge.h"
+#include "render/overlay/status_lines.h"
+
+namespace hpdm {
+namespace {
+
+constexpr double kErrorShown = 4;       // s for which an error stays on the screen
+constexpr double kClipErrorShown = 8;   // s: the figures take longer to read
+constexpr std::size_t kMaxResult = 26;  // lines that fit on the picture
+
+// Returns the name of the last error, or of a clip its faults with their figures.
+std::string LastErrorText(const ExerciseStatus& status, const ExerciseOptions& exercise) {
+  const auto duct = static_cast<std::size_t>(status.last_error_duct);
+  const bool has_duct = status.last_error_duct >= 0 && duct < exercise.ducts.size();
+  const std::string faults =
+      FaultText(status.last_error_clip, has_duct ? exercise.ducts[duct].name : "", true);
+  const std::string& name = exercise.errors[static_cast<std::size_t>(status.last_error)].name;
+  if (faults.empty()) return name;
+  const bool lost = (status.last_error_clip.faults & (kClipOnNothing | kClipRefused)) != 0;
+  if (lost) return name + ": " + faults;
+  return (has_duct ? "bad clip on " : "bad clip: ") + faults;
+}
+
+std::string CountOf(int count, const char* noun) {
+  return StatusFormat("%d %s%s", count, noun, count == 1 ? "" : "s");
+}
+
+}  // namespace
+
+std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
+                                      const ExerciseOptions& exercise) {
+  std::vector<StatusLine> lines;
+  const auto step = static_cast<std::size_t>(status.step);
+  const double shown = status.last_error_clip.faults != kClipSound ? kClipErrorShown : kErrorShown;
+  if (status.last_error >= 0 && status.time - status.last_error_time < shown) {
+    AddWrapped(LastErrorText(status, exercise), Tone::kAlarm, &lines);
+  }
+  if (step < exercise.steps.size()) {
+    AddWrapped(StatusFormat("%zu/%zu ", step + 1, exercise.steps.size()) +
+                   exercise.steps[step].instruction,
+               Tone::kGood, &lines);
+    if (status.progress > 0) lines.push_back({StatusFormat("%.0f %%", 100 * status.progress)});
+  }
+  lines.push_back({StatusFormat("%.0f s left, ", status.time_left) +
+                       CountOf(status.errors, "error") + StatusFormat(", score %.0f", status.score),
+                   Tone::kDim});
+  return lines;
+}
+
+std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const ExerciseOptions& exercise) {
+  std::vector<StatusLine> lines = {
+      {status.passed ? "EXERCISE DONE" : "TIME IS OVER",
+       status.passed ? Tone::kGood : Tone::kWarning},
+      {StatusFormat("%s, score %.0f of 100", status.passed ? "passed" : "not passed", status.score),
+       status.passed ? Tone::kGood : Tone::kWarning},
+      {exercise.name +
+       StatusFormat(": %d of %zu steps in %.1f s, ", status.step, exercise.steps.size(),
+                    status.time) +
+       CountOf(status.errors, "error")}};
+  for (std::size_t s = 0; s < std::min(exercise.steps.size(), kShownSteps); ++s) {
+    const bool done = static_cast<int>(s) < status.step;
+    lines.push_back({exercise.steps[s].name,
+                     done ? Tone::kPlain : Tone::kDim,
+                     {},
+                     done ? StatusFormat("%.1f s", status.step_times[s]) : "\u2013"});
+  }
+  const std::size_t rules = std::min(exercise.errors.size(), kShownRules);
+  std::size_t left = static_cast<std::size_t>(
+      std::ranges::count_if(status.error_counts, [](std::uint16_t count) { return count > 0; }));
+  for (std::size_t rule = 0; rule < rules; ++rule) {
+    const int count = status.error_counts[rule];
+    if (count == 0) continue;
+    if (lines.size() + 2 >= kMaxResult && left > 1) {
+      lines.push_back({"and more kinds of errors: see the report"});
+      break;
+    }
+    --left;
+    const std::string times = count > 1 ? StatusFormat(" (%d times)", count) : "";
+    lines.push_back({exercise.errors[rule].name + times,
+                     Tone::kWarning,
+                     {},
+                     StatusFormat("\u2212%g", count * exercise.errors[rule].points)});
+  }
+  lines.push_back({"a key ends the session (s: screenshot)", Tone::kDim});
+  return lines;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <vector>
+
+#include "render/overlay/status_text.h"
+
+namespace hpdm {
+
+/// Returns the exercise's present step, how far it is, and the last error for a while.
+std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
+                                      const ExerciseOptions& exercise);
+
+/// Returns the result of an exercise that has ended: its score, the steps that were done with their
+/// times, the errors with their points, and how to go on.
+std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const ExerciseOptions& exercise);
+
+}  // namespace hpdm

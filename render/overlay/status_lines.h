@@ -1,0 +1,63 @@
+#pragma once
+
+#include <algorithm>
+#include <cstdarg>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "render/overlay/status_text.h"
+
+/// Helpers that the parts of the status text share.
+namespace hpdm {
+
+/// Formats like printf, up to 119 characters.
+__attribute__((format(printf, 1, 2))) inline std::string StatusFormat(const char* format, ...) {
+  char text[120];
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::vsnprintf(text, sizeof text, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
+/// Adds a text in lines of up to about 44 bytes.
+inline void AddWrapped(const std::string& text, Tone tone, std::vector<StatusLine>* lines) {
+  constexpr std::size_t kMaxLine = 44;
+  for (std::size_t begin = 0; begin < text.size();) {
+    std::size_t end = text.size();
+    if (end - begin > kMaxLine) {
+      const std::size_t space = text.rfind(' ', begin + kMaxLine);
+      end = space == std::string::npos || space <= begin ? text.find(' ', begin + kMaxLine) : space;
+      end = std::min(end, text.size());
+    }
+    lines->push_back({text.substr(begin, end - begin), tone});
+    begin = end + 1;
+  }
+}
+
+/// Returns the name of an instrument that a hand can hold; without one its number.
+inline std::string InstrumentName(const StatusNames& names, int tool, int instrument_index) {
+  const auto t = static_cast<std::size_t>(tool), e = static_cast<std::size_t>(instrument_index);
+  if (t < names.instruments.size() && e < names.instruments[t].size()) {
+    return names.instruments[t][e];
+  }
+  return StatusFormat("instrument %d", tool + 1);
+}
+
+/// Returns a hand's instruments in the order of their exchange, `marked` in brackets: "hook >
+/// [clip applier] > scissors". A hand with one instrument gives its name.
+inline std::string ExchangeOrder(const StatusNames& names, int tool, int marked) {
+  const auto t = static_cast<std::size_t>(tool);
+  const std::size_t count = t < names.instruments.size() ? names.instruments[t].size() : 0;
+  if (count < 2) return InstrumentName(names, tool, marked);
+  std::string text;
+  for (std::size_t e = 0; e < count; ++e) {
+    const bool is_marked = static_cast<int>(e) == marked;
+    text += (e == 0 ? "" : " > ") +
+            (is_marked ? "[" + names.instruments[t][e] + "]" : names.instruments[t][e]);
+  }
+  return text;
+}
+
+}  // namespace hpdm

@@ -1,0 +1,205 @@
+// What a trainee reads on the picture: pauses, exchanges, clips, errors with their figures, results, keys.
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <string>
+#include <vector>
+
+#include "engine/base/angle.h"
+#include "render/overlay/status_text.h"
+#include "render/overlay/text_layout.h"
+
+namespace hpdm {
+namespace {
+
+/// A hand with four instruments in a window, over an exercise.
+struct Trainee {
+  Trainee() {
+    view.overlays = kOverlayText;
+    view.window_width = 1000;
+    view.window_height = 800;
+    health.tool_count = scene.tool_count = 2;
+    scene.step.time_ns = 20 * kNanosecondsPerSecond;
+    names.organs = {"liver", "gallbladder"};
+    names.instruments = {{"grasper"}, {"hook", "clip applier", "scissors", "suction"}};
+    names.layers = {"Calot's triangle", "bed"};
+    names.ducts = {"cystic duct", "cystic artery"};
+    ExerciseOptions& exercise = names.exercise.emplace();
+    exercise.name = "gallbladder removal";
+    exercise.ducts = {{"cystic duct"}, {"cystic artery"}};
+    exercise.steps = {{.name = "take the fundus", .instruction = "Take it"},
+                      {.name = "clip the duct", .instruction = "Clip it three times"}};
+    exercise.errors = {{.name = "clip oblique, loose, or too near", .points = 4},
+                       {.name = "clip lost", .points = 2}};
+    health.exercise = {.present = true, .step = 1, .time = 30, .time_left = 60, .score = 40};
+    health.exercise.step_times[0] = 12.5f;
+  }
+  StatusText Text() const {
+    Status status{.view = view, .health = health, .scene = scene};
+    status.outside = outside;
+    status.optics_turn = optics_turn;
+    status.optics_changed = optics_changed;
+    return MakeStatusText(status, names);
+  }
+
+  ViewSettings view;
+  SessionHealth health;
+  SceneSnapshot scene;
+  StatusNames names;
+  std::array<bool, kMaxInstruments> outside{};
+  double optics_turn = 0, optics_changed = 0;
+};
+
+std::string All(const std::vector<StatusLine>& lines) {
+  std::string text;
+  for (const StatusLine& line : lines) text += line.key + "|" + line.text + "\n";
+  return text;
+}
+bool Shows(const std::vector<StatusLine>& lines, const std::string& text) {
+  return All(lines).find(text) != std::string::npos;
+}
+
+TEST(TraineeText, APauseShowsNoFaultOfTheSimulationAndLeavesTheMiddleFree) {
+  Trainee trainee;
+  trainee.health.tools[0].guard_flags = kGuardStalePatch;
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "simulation behind"));
+  trainee.view.paused = true;
+  trainee.health.tools[0].guard_flags |= kGuardPaused;
+  const StatusText text = trainee.Text();
+  EXPECT_FALSE(Shows(text.tools[0], "simulation behind"));
+  EXPECT_TRUE(Shows(text.alarms, "PAUSED, p: resume"));
+  EXPECT_TRUE(text.banner.empty());
+  trainee.health.tools[0].guard_flags |= kGuardDeviceInvalid;
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "device lost"))
+      << "a fault that a pause does not explain";
+}
+
+TEST(TraineeText, AClipApplierCountsItsClipsAndSaysWhenItIsEmpty) {
+  Trainee trainee;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "clips"));
+  trainee.scene.readouts[1].clips_left = 17;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "clips left: 17"));
+  trainee.scene.readouts[1].clips_left = 0;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "empty"));
+  trainee.scene.readouts[1].closed_empty = true;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "empty: exchange it for a full one"));
+}
+
+TEST(TraineeText, JawsThatCloseBesideADuctSayHowFarItIs) {
+  Trainee trainee;
+  ToolReadout& readout = trainee.scene.readouts[1];
+  readout = {.missed_duct = 0, .missed_by = 0.0041, .missed_ns = 19 * kNanosecondsPerSecond};
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "no duct between jaws"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "4 mm from cystic duct"));
+  readout.missed_ns = 10 * kNanosecondsPerSecond;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "cystic")) << "10 s ago";
+  readout = {.missed_duct = 0, .missed_by = 0.03, .missed_ns = 19 * kNanosecondsPerSecond};
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "cystic")) << "not near a duct";
+}
+
+TEST(TraineeText, ABadClipSaysWhichFaultItHas) {
+  Trainee trainee;
+  ExerciseStatus& status = trainee.health.exercise;
+  status.errors = 1;
+  status.last_error = 0;
+  status.last_error_time = 25;
+  EXPECT_FALSE(Shows(trainee.Text().guidance, "clip oblique")) << "5 s ago";
+  status.last_error_time = 29;
+  status.last_error_duct = 1;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "clip oblique, loose, or too near"));
+  status.last_error_clip = {
+      .faults = kClipOblique, .angle = 38 * kDegree, .most_angle = 20 * kDegree};
+  const std::string text = All(trainee.Text().guidance);
+  EXPECT_NE(text.find("bad clip on cystic artery: oblique: 38\u00b0"), std::string::npos) << text;
+  EXPECT_NE(text.find("roll it with q or e"), std::string::npos) << text;
+  EXPECT_EQ(text.find("loose"), std::string::npos) << text;
+  status.last_error_time = 25;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "oblique: 38")) << "figures stay longer";
+  status.last_error = 1;
+  status.last_error_duct = -1;
+  status.last_error_clip = {.faults = kClipOnNothing};
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "clip lost: no duct between the jaws"));
+}
+
+TEST(TraineeText, AnExchangeThatWaitsShowsTheOrderOfTheInstruments) {
+  Trainee trainee;
+  trainee.view.wanted_instrument[1] = 1;
+  EXPECT_TRUE(Shows(trainee.Text().alarms, "hook > [clip applier] > scissors > suction"));
+  EXPECT_TRUE(Shows(trainee.Text().alarms, "clip applier: free the tip to take it"));
+  trainee.view.active_instrument = 1;
+  trainee.view.help = true;
+  EXPECT_TRUE(Shows(trainee.Text().banner, "[hook] > clip applier > scissors > suction"));
+}
+
+TEST(TraineeText, AnExercisesResultListsItsStepsAndErrors) {
+  Trainee trainee;
+  trainee.health.exercise.ended = true;
+  trainee.health.exercise.errors = 3;
+  trainee.health.exercise.error_counts[0] = 3;
+  trainee.view.paused = true;  // the window holds the picture
+  const StatusText text = trainee.Text();
+  EXPECT_TRUE(text.alarms.empty());
+  EXPECT_TRUE(Shows(text.banner, "not passed, score 40 of 100"));
+  EXPECT_TRUE(Shows(text.banner, "12.5 s|take the fundus"));
+  EXPECT_TRUE(Shows(text.banner, "\u2013|clip the duct"));
+  EXPECT_TRUE(Shows(text.banner, "\u221212|clip oblique, loose, or too near (3 times)"));
+  EXPECT_FALSE(Shows(text.banner, "clip lost"));
+  EXPECT_TRUE(Shows(text.banner, "a key ends the session"));
+}
+
+TEST(TraineeText, TheKeysStandAlone) {
+  Trainee trainee;
+  trainee.health.tools[0].depth = 0.061;
+  EXPECT_FALSE(trainee.Text().alarms.empty());
+  trainee.view.help = true;
+  const StatusText text = trainee.Text();
+  EXPECT_TRUE(text.loops.empty() && text.state.empty() && text.alarms.empty());
+  EXPECT_TRUE(text.guidance.empty() && text.tools[0].empty());
+  for (const char* said : {"up: push it in", "close the jaws while held", "keep them closed",
+                           "shows or hides the exercise's guidance", "next overlay:", "Home|"}) {
+    EXPECT_TRUE(Shows(text.banner, said)) << said;
+  }
+  // The page fits on small and large pictures.
+  for (const auto& [width, height] : {std::pair{640, 480}, {1000, 800}, {1920, 1080}}) {
+    const GlyphAtlas atlas(TextPixels(width, height));
+    EXPECT_LT(static_cast<int>(text.banner.size()) * atlas.line_height() + 2 * atlas.pixels(),
+              height);
+    int widest = 0;
+    for (const StatusLine& line : text.banner) {
+      widest = std::max(widest, atlas.Width(line.key) + atlas.Width(line.text));
+    }
+    EXPECT_LT(widest, width);
+  }
+}
+
+TEST(TraineeText, ATipOutsideThePictureIsNamed) {
+  Trainee trainee;
+  EXPECT_FALSE(Shows(trainee.Text().tools[0], "outside"));
+  trainee.outside[0] = trainee.outside[1] = true;
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "wheel up brings it in")) << "the mouse's";
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "outside the picture"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "wheel"));
+}
+
+TEST(TraineeText, OpticsThatAreNotAsAtTheStartAreShown) {
+  Trainee trainee;
+  EXPECT_FALSE(Shows(trainee.Text().state, "optics"));
+  trainee.view.scope.angle = 30 * kDegree;
+  EXPECT_FALSE(Shows(trainee.Text().state, "optics")) << "those of the scene";
+  trainee.optics_changed = 30 * kDegree;
+  EXPECT_TRUE(Shows(trainee.Text().state, "optics 30\u00b0\n|Home: first view"));
+  trainee.optics_turn = -45 * kDegree;
+  EXPECT_TRUE(Shows(trainee.Text().state, "optics 30\u00b0, turned -45\u00b0"));
+}
+
+TEST(TraineeText, AHookInALayerSaysSo) {
+  Trainee trainee;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));
+  trainee.scene.readouts[1].layer = 0;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "free"));
+}
+
+}  // namespace
+}  // namespace hpdm
