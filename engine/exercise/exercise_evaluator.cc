@@ -298,7 +298,7 @@ void ExerciseEvaluator::FindDrops(const StepSample& sample, std::size_t rule) {
   const ExerciseErrorOptions& error = options_.errors[rule];
   for (int t = 0; t < sample.tool_count; ++t) {
     const auto h = static_cast<std::size_t>(t);
-    const SolvedContact &before = last_contacts_[h], &now = sample.contacts[h];
+    const SolvedContact& before = last_contacts_[h];
     if (before.kind != ContactKind::kGrasp || before.organ < 0) continue;
     if (error.organ >= 0 && before.organ != error.organ) continue;
     const bool is_held = std::ranges::any_of(sample.contacts, [&](const SolvedContact& contact) {

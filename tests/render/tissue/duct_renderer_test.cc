@@ -41,7 +41,7 @@ class ClippedDuct : public testing::Test {
     options.wall = 0.0008;
     options.young = 1e5;
     duct_ = std::make_unique<DuctModel>(options, nullptr, nullptr);
-    scene_ = SizedSnapshot(organs_, 0);
+    scene_ = SizedSnapshot(organs_, 0, true);
     scene_.ducts = {SnapshotOf(duct_->rod)};
   }
 
@@ -77,7 +77,7 @@ ClipPixels Compare(const Image& before, const Image& after) {
   ClipPixels pixels;
   for (int i = 0; i < kDuctWidth * kDuctHeight; ++i) {
     const auto at = [&](const Image& image, int channel) {
-      return static_cast<int>(image.pixels[static_cast<std::size_t>(image.channels * i + channel)]);
+      return static_cast<int>(image.At(i % kDuctWidth, i / kDuctWidth)[channel]);
     };
     const int red = at(after, 0), green = at(after, 1), blue = at(after, 2);
     const int change = std::abs(red - at(before, 0)) + std::abs(green - at(before, 1)) +
