@@ -56,46 +56,46 @@ std::string All(const std::vector<StatusLine>& lines) {
   for (const StatusLine& line : lines) text += line.key + "|" + line.text + "\n";
   return text;
 }
-bool Says(const std::vector<StatusLine>& lines, const std::string& text) {
+bool Shows(const std::vector<StatusLine>& lines, const std::string& text) {
   return All(lines).find(text) != std::string::npos;
 }
 
 TEST(TraineeText, APauseShowsNoFaultOfTheSimulationAndLeavesTheMiddleFree) {
   Trainee trainee;
   trainee.health.tools[0].guard_flags = kGuardStalePatch;
-  EXPECT_TRUE(Says(trainee.Text().tools[0], "simulation behind"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "simulation behind"));
   trainee.view.paused = true;
   trainee.health.tools[0].guard_flags |= kGuardPaused;
   const StatusText text = trainee.Text();
-  EXPECT_FALSE(Says(text.tools[0], "simulation behind"));
-  EXPECT_TRUE(Says(text.alarms, "PAUSED, p: resume"));
+  EXPECT_FALSE(Shows(text.tools[0], "simulation behind"));
+  EXPECT_TRUE(Shows(text.alarms, "PAUSED, p: resume"));
   EXPECT_TRUE(text.banner.empty());
   trainee.health.tools[0].guard_flags |= kGuardDeviceInvalid;
-  EXPECT_TRUE(Says(trainee.Text().tools[0], "device lost"))
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "device lost"))
       << "a fault that a pause does not explain";
 }
 
 TEST(TraineeText, AClipApplierCountsItsClipsAndSaysWhenItIsEmpty) {
   Trainee trainee;
-  EXPECT_FALSE(Says(trainee.Text().tools[1], "clips"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "clips"));
   trainee.scene.readouts[1].clips_left = 17;
-  EXPECT_TRUE(Says(trainee.Text().tools[1], "clips left: 17"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "clips left: 17"));
   trainee.scene.readouts[1].clips_left = 0;
-  EXPECT_FALSE(Says(trainee.Text().tools[1], "empty"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "empty"));
   trainee.scene.readouts[1].closed_empty = true;
-  EXPECT_TRUE(Says(trainee.Text().tools[1], "empty: exchange it for a full one"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "empty: exchange it for a full one"));
 }
 
 TEST(TraineeText, JawsThatCloseBesideADuctSayHowFarItIs) {
   Trainee trainee;
   ToolReadout& readout = trainee.scene.readouts[1];
   readout = {.missed_duct = 0, .missed_by = 0.0041, .missed_ns = 19 * kNanosecondsPerSecond};
-  EXPECT_TRUE(Says(trainee.Text().tools[1], "no duct between jaws"));
-  EXPECT_TRUE(Says(trainee.Text().tools[1], "4 mm from cystic duct"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "no duct between jaws"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "4 mm from cystic duct"));
   readout.missed_ns = 10 * kNanosecondsPerSecond;
-  EXPECT_FALSE(Says(trainee.Text().tools[1], "cystic")) << "10 s ago";
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "cystic")) << "10 s ago";
   readout = {.missed_duct = 0, .missed_by = 0.03, .missed_ns = 19 * kNanosecondsPerSecond};
-  EXPECT_FALSE(Says(trainee.Text().tools[1], "cystic")) << "not near a duct";
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "cystic")) << "not near a duct";
 }
 
 TEST(TraineeText, ABadClipSaysWhichFaultItHas) {
@@ -104,10 +104,10 @@ TEST(TraineeText, ABadClipSaysWhichFaultItHas) {
   status.errors = 1;
   status.last_error = 0;
   status.last_error_time = 25;
-  EXPECT_FALSE(Says(trainee.Text().guidance, "clip oblique")) << "5 s ago";
+  EXPECT_FALSE(Shows(trainee.Text().guidance, "clip oblique")) << "5 s ago";
   status.last_error_time = 29;
   status.last_error_duct = 1;
-  EXPECT_TRUE(Says(trainee.Text().guidance, "clip oblique, loose, or too near"));
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "clip oblique, loose, or too near"));
   status.last_error_clip = {
       .faults = kClipOblique, .angle = 38 * kDegree, .most_angle = 20 * kDegree};
   const std::string text = All(trainee.Text().guidance);
@@ -115,21 +115,21 @@ TEST(TraineeText, ABadClipSaysWhichFaultItHas) {
   EXPECT_NE(text.find("roll it with q or e"), std::string::npos) << text;
   EXPECT_EQ(text.find("loose"), std::string::npos) << text;
   status.last_error_time = 25;
-  EXPECT_TRUE(Says(trainee.Text().guidance, "oblique: 38")) << "figures stay longer";
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "oblique: 38")) << "figures stay longer";
   status.last_error = 1;
   status.last_error_duct = -1;
   status.last_error_clip = {.faults = kClipOnNothing};
-  EXPECT_TRUE(Says(trainee.Text().guidance, "clip lost: no duct between the jaws"));
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "clip lost: no duct between the jaws"));
 }
 
 TEST(TraineeText, AnExchangeThatWaitsShowsTheOrderOfTheInstruments) {
   Trainee trainee;
   trainee.view.wanted_instrument[1] = 1;
-  EXPECT_TRUE(Says(trainee.Text().alarms, "hook > [clip applier] > scissors > suction"));
-  EXPECT_TRUE(Says(trainee.Text().alarms, "clip applier: free the tip to take it"));
+  EXPECT_TRUE(Shows(trainee.Text().alarms, "hook > [clip applier] > scissors > suction"));
+  EXPECT_TRUE(Shows(trainee.Text().alarms, "clip applier: free the tip to take it"));
   trainee.view.active_instrument = 1;
   trainee.view.help = true;
-  EXPECT_TRUE(Says(trainee.Text().banner, "[hook] > clip applier > scissors > suction"));
+  EXPECT_TRUE(Shows(trainee.Text().banner, "[hook] > clip applier > scissors > suction"));
 }
 
 TEST(TraineeText, AnExercisesResultListsItsStepsAndErrors) {
@@ -140,12 +140,12 @@ TEST(TraineeText, AnExercisesResultListsItsStepsAndErrors) {
   trainee.view.paused = true;  // the window holds the picture
   const StatusText text = trainee.Text();
   EXPECT_TRUE(text.alarms.empty());
-  EXPECT_TRUE(Says(text.banner, "not passed, score 40 of 100"));
-  EXPECT_TRUE(Says(text.banner, "12.5 s|take the fundus"));
-  EXPECT_TRUE(Says(text.banner, "\u2013|clip the duct"));
-  EXPECT_TRUE(Says(text.banner, "\u221212|clip oblique, loose, or too near (3 times)"));
-  EXPECT_FALSE(Says(text.banner, "clip lost"));
-  EXPECT_TRUE(Says(text.banner, "a key ends the session"));
+  EXPECT_TRUE(Shows(text.banner, "not passed, score 40 of 100"));
+  EXPECT_TRUE(Shows(text.banner, "12.5 s|take the fundus"));
+  EXPECT_TRUE(Shows(text.banner, "\u2013|clip the duct"));
+  EXPECT_TRUE(Shows(text.banner, "\u221212|clip oblique, loose, or too near (3 times)"));
+  EXPECT_FALSE(Shows(text.banner, "clip lost"));
+  EXPECT_TRUE(Shows(text.banner, "a key ends the session"));
 }
 
 TEST(TraineeText, TheKeysStandAlone) {
@@ -158,7 +158,7 @@ TEST(TraineeText, TheKeysStandAlone) {
   EXPECT_TRUE(text.guidance.empty() && text.tools[0].empty());
   for (const char* said : {"up: push it in", "close the jaws while held", "keep them closed",
                            "shows or hides the exercise's guidance", "next overlay:", "Home|"}) {
-    EXPECT_TRUE(Says(text.banner, said)) << said;
+    EXPECT_TRUE(Shows(text.banner, said)) << said;
   }
   // The page fits on small and large pictures.
   for (const auto& [width, height] : {std::pair{640, 480}, {1000, 800}, {1920, 1080}}) {
@@ -175,30 +175,30 @@ TEST(TraineeText, TheKeysStandAlone) {
 
 TEST(TraineeText, ATipOutsideThePictureIsNamed) {
   Trainee trainee;
-  EXPECT_FALSE(Says(trainee.Text().tools[0], "outside"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[0], "outside"));
   trainee.outside[0] = trainee.outside[1] = true;
-  EXPECT_TRUE(Says(trainee.Text().tools[0], "wheel up brings it in")) << "the mouse's";
-  EXPECT_TRUE(Says(trainee.Text().tools[1], "outside the picture"));
-  EXPECT_FALSE(Says(trainee.Text().tools[1], "wheel"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "wheel up brings it in")) << "the mouse's";
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "outside the picture"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "wheel"));
 }
 
 TEST(TraineeText, OpticsThatAreNotAsAtTheStartAreShown) {
   Trainee trainee;
-  EXPECT_FALSE(Says(trainee.Text().state, "optics"));
+  EXPECT_FALSE(Shows(trainee.Text().state, "optics"));
   trainee.view.scope.angle = 30 * kDegree;
-  EXPECT_FALSE(Says(trainee.Text().state, "optics")) << "those of the scene";
+  EXPECT_FALSE(Shows(trainee.Text().state, "optics")) << "those of the scene";
   trainee.optics_changed = 30 * kDegree;
-  EXPECT_TRUE(Says(trainee.Text().state, "optics 30\u00b0\n|Home: first view"));
+  EXPECT_TRUE(Shows(trainee.Text().state, "optics 30\u00b0\n|Home: first view"));
   trainee.optics_turn = -45 * kDegree;
-  EXPECT_TRUE(Says(trainee.Text().state, "optics 30\u00b0, turned -45\u00b0"));
+  EXPECT_TRUE(Shows(trainee.Text().state, "optics 30\u00b0, turned -45\u00b0"));
 }
 
 TEST(TraineeText, AHookInALayerSaysSo) {
   Trainee trainee;
-  EXPECT_TRUE(Says(trainee.Text().tools[1], "free"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));
   trainee.scene.readouts[1].layer = 0;
-  EXPECT_TRUE(Says(trainee.Text().tools[1], "in Calot's triangle"));
-  EXPECT_FALSE(Says(trainee.Text().tools[1], "free"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "free"));
 }
 
 }  // namespace
