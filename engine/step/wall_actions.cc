@@ -20,7 +20,9 @@ void WallActions::Apply(const ToolState& tools, const JawClosings& jaws, double 
     const SolvedContact& contact = contacts[t];
     const bool burns = geometry.action == ToolAction::kBurn && pose.pedal && !(work[t].burning > 0);
     const bool cuts = geometry.action == ToolAction::kCut && jaws.ClosingFrom(t) > 0;
-    const bool presses = contact.kind == ContactKind::kPress && contact.organ >= 0;
+    // A tip near an organ has a contact there without a force.
+    const bool presses = contact.kind == ContactKind::kPress && contact.organ >= 0 &&
+                         !contact.force_on_tissue_W.isZero(0);
     if (!presses || !burns) tool.heat = 0;
     if (!presses || (!burns && !cuts)) continue;
     OrganState& organ = (*organs)[ToSize(contact.organ)].state();

@@ -111,14 +111,14 @@ inline std::vector<RemovalError> FurtherRemovalErrors() {
 
   // Of three clips two stay and one goes, and the cut is between the second and the third. The artery is cut between clips 1 and 2, so that one clip
   // alone stays. The near miss is the cut between clips 2 and 3. Both have three good clips, put on
-  // in reverse order. Where the bile duct is beside the artery the shaft presses on it (measured: 5
+  // in reverse order. The neck is right behind the artery. Where the bile duct is beside the artery the shaft presses on it (measured: 5
   // N).
   errors.push_back({"the artery cut between clips 2 and 3, and 1 and 2",
                     "cut outside the clips",
                     [](S* s) { return FurtherActs(s).ClipAndCutArtery(0.75); },
                     [](S* s) { return FurtherActs(s).ClipAndCutArtery(0.25); },
                     RemovalError::kInstead,
-                    {"more than 4 N on tissue"}});
+                    {"more than 4 N on tissue", "perforation of the gallbladder"}});
 
   // A clip on the wrong tube. The applier closes on the hepatic artery, as near to the cystic
   // artery as no duct is between the jaws. In the near miss it begins to close there, and opens

@@ -163,25 +163,25 @@ TEST(LumenLeaks, AWideHoleDoesNotSwing) {
   EXPECT_LT(last, 1);
 }
 
-// A tool whose tip presses the top of the ball by 1 mm.
-ToolPose PressingTip(double jaw, bool pedal) {
-  ToolPose tool = OrganBench::Above(Vector3d(0, 0, kOuterRadius + kTip - 0.001));
+// A tool whose tip presses the top of the ball by `depth` (m), or is above it.
+ToolPose PressingTip(double jaw, bool pedal, double depth = 0.001) {
+  ToolPose tool = OrganBench::Above(Vector3d(0, 0, kOuterRadius + kTip - depth));
   tool.jaw = jaw;
   tool.pedal = pedal;
   return tool;
 }
 
 // Returns the number of the step, from the third, that perforates the ball; 100: none.
-int PerforatedIn(const ToolGeometry& geometry, bool pedal) {
+int PerforatedIn(const ToolGeometry& geometry, bool pedal, double depth = 0.001) {
   OrganBench bench;
   FullBall().AddTo(&bench);
   ToolOptions tool;
   tool.geometries[0] = geometry;
   tool.geometries[0].tip_radius = tool.geometries[0].shaft_radius = kTip;
   bench.Start({tool});
-  for (int step = 0; step < 2; ++step) bench.Step(PressingTip(1, false));
+  for (int step = 0; step < 2; ++step) bench.Step(PressingTip(1, false, depth));
   for (int step = 1; step < 100; ++step) {
-    bench.Step(PressingTip(step < 10 ? 1 : 0.05, pedal));
+    bench.Step(PressingTip(step < 10 ? 1 : 0.05, pedal, depth));
     if (LumenOf(bench).perforated) return step;
   }
   return 100;
@@ -205,6 +205,9 @@ TEST(WallActions, NothingElsePerforates) {
   EXPECT_EQ(PerforatedIn({}, true), 100);
   EXPECT_EQ(PerforatedIn({.can_grasp = true}, true), 100);
   EXPECT_EQ(PerforatedIn({.action = ToolAction::kClip, .clips = 3}, true), 100);
+  // A tip above the wall.
+  EXPECT_EQ(PerforatedIn({.action = ToolAction::kCut}, false, -0.0005), 100);
+  EXPECT_EQ(PerforatedIn({.action = ToolAction::kBurn, .power = 40}, true, -0.0005), 100);
 }
 
 TEST(LumenLeaks, ViscoelasticTissueKeepsItsLumensClosed) {
