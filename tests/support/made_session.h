@@ -81,11 +81,11 @@ class MadeSession {
     telemetry_.Drain();
   }
   /// A step with the lumens' states, whose first instrument presses an organ with its pedal pressed.
-  void LumenStep(const std::vector<LumenOutcome>& lumens, int organ, bool inverted = false) {
+  void LumenStep(const std::vector<LumenOutcome>& lumens, int organ) {
     StepSample sample;
     sample.step.number = ++step_;
     sample.step.time_ns = static_cast<Nanoseconds>(tick_ - 1) * 1'000'000;
-    if (inverted) sample.step.flags = kStepInverted;
+    sample.step.device_time_ns = device_time_ns_;
     sample.lumen_count = static_cast<int>(lumens.size());
     std::copy(lumens.begin(), lumens.end(), sample.lumens.begin());
     sample.tool_count = tools_;

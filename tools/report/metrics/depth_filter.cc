@@ -2,7 +2,7 @@
 
 namespace hpdm {
 
-bool DepthFilter::Add(double time, const ToolSample& tool, bool inverted) {
+bool DepthFilter::Add(double time, const ToolSample& tool) {
   const double moved = (tool.p_tip_W - p_tip_W_).norm();
   const double most = kJump + moved + kTissueSpeed * (time - time_);
   const bool jumps = begun_ && tool.depth - depth_ > most;
@@ -12,7 +12,6 @@ bool DepthFilter::Add(double time, const ToolSample& tool, bool inverted) {
     depth_before_ = depth_;
   }
   begun_ = true;
-  inverted_ = inverted && tool.depth > 0;
   time_ = time;
   depth_ = tool.depth;
   p_tip_W_ = tool.p_tip_W;

@@ -91,7 +91,7 @@ constexpr MetricDefinition kDefinitions[] = {
      "Number of times that tissue slipped in the jaws. Rests of at most 0.25 s do not count.", "",
      Better::kLower},
     {"depth_unknown_s", "Depth unknown", "s", 1, "%.2f",
-     "Time of contact in which tissue had jumped or was inverted, so that its surface says nothing "
+     "Time of contact in which tissue had jumped, so that its surface says nothing "
      "about the tip. It does not count for depths.",
      "", Better::kNeither},
     {"device_lost_s", "Device lost", "s", 1, "%.2f",

@@ -79,9 +79,6 @@ class LogSummary {
     }
   }
 
-  /// True if some tissue was inverted in the newest step.
-  bool inverted() const { return inverted_; }
-
   void Fill(const std::vector<std::vector<std::string>>& instruments, SessionReading* reading) {
     SessionReport& report = reading->report;
     report.health.events = events_;
@@ -138,7 +135,6 @@ class LogSummary {
     std::int64_t visible_tick = kNeverVisible;
     if (!FromMessage(contact_, &sample, &visible_tick)) return;
     if (exercise_) exercise_->Add(sample);
-    inverted_ = (sample.step.flags & kStepInverted) != 0;
     attachments_.resize(std::max(attachments_.size(), ToSize(sample.attachment_count)));
     for (int a = 0; a < sample.attachment_count; ++a) {
       const AttachmentOutcome& now = sample.attachments[a];
@@ -220,7 +216,7 @@ class LogSummary {
   std::map<std::int32_t, Organ> organs_;
   std::vector<AttachmentReport> attachments_;
   std::optional<ExerciseEvaluator> exercise_;
-  bool epoch_known_ = false, closed_ = false, left_handed_ = false, inverted_ = false;
+  bool epoch_known_ = false, closed_ = false, left_handed_ = false;
   std::int64_t epoch_us_ = 0;
   std::string start_text_;
   double stolen_ = 0;
@@ -288,7 +284,7 @@ SessionReading ReadSession(const std::string& log, double force_limit,
   LoggedTick tick;
   bool any = false;
   while (reader.Next(&tick)) {
-    if (!ticks.Add(tick, log_summary.inverted())) {
+    if (!ticks.Add(tick)) {
       ++report.health.unreadable;
       continue;
     }

@@ -84,7 +84,7 @@ ContactMetrics ContactSums::Metrics() const {
   return metrics;
 }
 
-bool SessionTicks::Add(const LoggedTick& logged, bool inverted) {
+bool SessionTicks::Add(const LoggedTick& logged) {
   HapticSample sample = logged.sample;
   if (!IsUsable(sample)) return false;
   if (begun_ && !Follows(sample)) {
@@ -106,7 +106,7 @@ bool SessionTicks::Add(const LoggedTick& logged, bool inverted) {
   } else {
     for (std::size_t h = 0; h < hands_.size(); ++h) {
       ToolSample& tool = sample.tools[h];
-      if (!hands_[h].depth.Add(Time(sample), tool, inverted)) tool.depth = 0;
+      if (!hands_[h].depth.Add(Time(sample), tool)) tool.depth = 0;
     }
   }
   begun_ = true;

@@ -46,8 +46,7 @@ class SessionTicks {
       : limits_(limits), most_peaks_(most_peaks) {}
 
   /// Adds a tick. Returns false if it cannot follow the last one or its values are impossible.
-  /// `inverted`: some tissue was inverted in the newest deformation step.
-  bool Add(const LoggedTick& logged, bool inverted = false);
+  bool Add(const LoggedTick& logged);
   /// Fills in the hands, the times, the ticks and the time series. Call once, at the end.
   void Fill(SessionReading* reading);
 

@@ -58,8 +58,8 @@ Verdict OfDepth(const SessionReport& report, const HandReport& hand) {
   }
   if (hand.depth_unknown > 0) {
     return {Verdict::kOpen,
-            who + Format("cannot be compared with the depth limit of %s: its tissue jumped or was "
-                         "inverted for %.2f s of its contacts (deepest known %.1f mm)",
+            who + Format("cannot be compared with the depth limit of %s: its tissue jumped "
+                         "for %.2f s of its contacts (deepest known %.1f mm)",
                          limit.c_str(), hand.depth_unknown, deepest)};
   }
   return {Verdict::kGood, who + Format("stayed within the depth limit of %s (deepest %.1f mm)",
