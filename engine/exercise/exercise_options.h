@@ -61,8 +61,8 @@ enum class ExerciseErrorKind {
   kBurn,       ///< An energised hook is on an organ for `limit` s and burns no attachment.
   kStrayBurn,  ///< It touches nothing for `limit` s and burns no attachment.
   kNearBurn,   ///< Its tip is within `within` m of `path_W` for `limit` s, whatever it burns.
-  kDrop,  ///< Jaws lose an organ while it is held more than `limit` m from its place, or, with a
-          ///< `path_W`, more than `within` m from that.
+  kDrop,  ///< The last jaws lose an organ while it is held more than `limit` m from its place, or,
+          ///< with a `path_W`, more than `within` m from that.
   kInverted,   ///< Tissue is inverted.
   kBadClip,    ///< A clip on a duct is not good, with the angle `limit` rad (duct_judge.h).
   kWrongClip,  ///< A clip is put on another duct than `ducts`, or an applier closes on `organ`.

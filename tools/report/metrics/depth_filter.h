@@ -12,7 +12,7 @@ namespace hpdm {
 /// Of one tip; ticks in order.
 class DepthFilter {
  public:
-  static constexpr double kJump = 0.005;       ///< m.
+  static constexpr double kJump = 0.010;       ///< m.
   static constexpr double kTissueSpeed = 0.3;  ///< m/s.
 
   /// Adds a tick at `time` (s) that has its output. True if its depth counts.

@@ -36,7 +36,7 @@ TEST(DepthFilter, CountsIfTheTipWasLedThereAndNotIfTheTissueJumpedOverIt) {
   MadeSession jumps;
   PressTo(&jumps, 100, 0, 0.004, true);
   PressTo(&jumps, 1, 0.03, 0.03, false);
-  PressTo(&jumps, 99, 0.03, 0.01, false);
+  PressTo(&jumps, 99, 0.03, 0.02, false);
   for (int i = 0; i < 50; ++i) {
     PressTo(&jumps, 1, 0, 0, false);
     PressTo(&jumps, 1, 0.4, 0.4, false);
