@@ -186,8 +186,7 @@ void AttachmentLink::MoveByConstant() {
 }
 
 void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver* solver) {
-  const bool first = round_++ == 0;
-  if (first) {
+  if (round_++ == 0) {
     MoveFrames(bodies);
     FillColumns(bodies, *solver);
     AddFreeDisplacements(bodies);

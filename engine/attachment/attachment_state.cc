@@ -162,14 +162,17 @@ void AttachmentState::AddDeferred(const Eigen::VectorXd& w) {
       const double d = now_.damage[at], d_0 = factored_damage_[at];
       const bool closed = now_.closed[at] != 0, closed_0 = factored_closed_[at] != 0;
       if (d == d_0 && closed == closed_0) continue;
-      const Vector3d force =
-          layer.bed.areas[i] *
-          ((StiffnessOf(layer.bed, i, d, closed) - StiffnessOf(layer.bed, i, d_0, closed_0)) *
-           DisplacementOf(layer, i, w));
-      for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
-        constant_.segment<3>(3 * (layer.first_mode + j)) += layer.samples(j, i) * force;
-      }
+      const Matrix3d change =
+          StiffnessOf(layer.bed, i, d, closed) - StiffnessOf(layer.bed, i, d_0, closed_0);
+      AddConstant(layer, i, layer.bed.areas[i] * (change * DisplacementOf(layer, i, w)));
     }
+  }
+}
+
+void AttachmentState::AddConstant(const AttachmentJoint::Layer& layer, int sample,
+                                  const Vector3d& force_W) {
+  for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
+    constant_.segment<3>(3 * (layer.first_mode + j)) += layer.samples(j, sample) * force_W;
   }
 }
 
@@ -200,9 +203,7 @@ void AttachmentState::AddConstants() {
         const Vector3d n = layer.bed.normals_W.row(i);
         lost -= n.dot(lost) * n;
       }
-      for (Eigen::Index j = 0; j < layer.samples.rows(); ++j) {
-        constant_.segment<3>(3 * (layer.first_mode + j)) -= layer.samples(j, i) * lost;
-      }
+      AddConstant(layer, i, -lost);
     }
     first += ToSize(layer.bed.size());
   }

@@ -104,6 +104,8 @@ class AttachmentState {
   void AddConstants();
   void AddDucts();
   void AddDeferred(const Eigen::VectorXd& w);
+  /// Adds a force on one of a layer's samples, N.
+  void AddConstant(const AttachmentJoint::Layer& layer, int sample, const Vector3d& force_W);
   void FillStiffness(std::size_t layer, std::size_t first_sample);
   Vector3d BorneBy(std::size_t sample) const {
     if (borne_.rows() == 0) return Vector3d::Zero();
@@ -116,10 +118,9 @@ class AttachmentState {
   Points borne_;  // of each sample, m: its displacement by the weight; empty: no weight
   JointSolver solver_;
   Eigen::VectorXd constant_;
-  std::vector<char> changed_;  // of each layer: its part of R is to be computed
-  // Of each sample, as R has them.
-  std::vector<double> factored_damage_;
-  std::vector<char> factored_closed_;
+  std::vector<char> changed_;            // of each layer: its part of R is to be computed
+  std::vector<double> factored_damage_;  // of each sample: the damage that R has
+  std::vector<char> factored_closed_;    // of each sample: R has it closed
   bool ducts_changed_ = true;
 };
 

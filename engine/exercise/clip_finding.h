@@ -4,7 +4,7 @@
 
 namespace hpdm {
 
-/// Faults of a clip; or-ed.
+/// Faults of a clip, bits.
 enum ClipFault : std::uint32_t {
   kClipSound = 0,
   kClipOblique = 1u << 0,    ///< Its plane is too far off the duct's normal plane.

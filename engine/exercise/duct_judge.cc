@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdarg>
-#include <cstdio>
 #include <limits>
 
 #include "engine/base/angle.h"
 #include "engine/base/check.h"
+#include "engine/base/format.h"
 
 namespace hpdm {
 namespace {
@@ -16,15 +15,6 @@ namespace {
 constexpr double kWhole = 1 - 1e-9;
 // Clips that must be left on the organ's side of a cut.
 constexpr int kLeftOnOrgan = 1;
-
-__attribute__((format(printf, 1, 2))) std::string FaultPart(const char* format, ...) {
-  char text[80];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 }  // namespace
 
@@ -100,18 +90,17 @@ std::string FaultText(const ClipFinding& clip, const std::string& duct, bool key
   const auto add = [&](ClipFault fault, const std::string& part) {
     if ((clip.faults & fault) != 0) text += (text.empty() ? "" : "; ") + part;
   };
-  add(kClipOblique, FaultPart("oblique: %.0f\u00b0 (at most %.0f\u00b0)", clip.angle / kDegree,
-                              clip.most_angle / kDegree) +
+  add(kClipOblique, Format("oblique: %.0f\u00b0 (at most %.0f\u00b0)", clip.angle / kDegree,
+                           clip.most_angle / kDegree) +
                         (keys ? ", roll it with q or e" : ""));
-  add(kClipShort, FaultPart("covers %.0f %% of the width, must cover all of it",
-                            std::floor(kPerCent * clip.coverage)));
+  add(kClipShort, Format("covers %.0f %% of the width, must cover all of it",
+                         std::floor(kPerCent * clip.coverage)));
   add(kClipNearClip, clip.to_clip < 0
                          ? std::string("on another clip")
-                         : FaultPart("%.1f mm from the next clip (at least %g mm)",
-                                     kMilli * clip.to_clip, kMilli * DuctJudge::kLeastGap));
-  add(kClipNearEnd,
-      FaultPart("%.1f mm from the end that stays (at least %g mm)",
-                std::max(0.0, kMilli * clip.to_end), kMilli * DuctJudge::kLeastToEnd));
+                         : Format("%.1f mm from the next clip (at least %g mm)",
+                                  kMilli * clip.to_clip, kMilli * DuctJudge::kLeastGap));
+  add(kClipNearEnd, Format("%.1f mm from the end that stays (at least %g mm)",
+                           std::max(0.0, kMilli * clip.to_end), kMilli * DuctJudge::kLeastToEnd));
   add(kClipOnNothing, "no duct between the jaws");
   add(kClipRefused, "no room for a clip there");
   return text.empty() || duct.empty() ? text : duct + ": " + text;

@@ -26,7 +26,7 @@ std::string LastErrorText(const ExerciseStatus& status, const ExerciseOptions& e
 }
 
 std::string CountOf(int count, const char* noun) {
-  return StatusFormat("%d %s%s", count, noun, count == 1 ? "" : "s");
+  return Format("%d %s%s", count, noun, count == 1 ? "" : "s");
 }
 
 }  // namespace
@@ -40,13 +40,13 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
     AddWrapped(LastErrorText(status, exercise), Tone::kAlarm, &lines);
   }
   if (step < exercise.steps.size()) {
-    AddWrapped(StatusFormat("%zu/%zu ", step + 1, exercise.steps.size()) +
-                   exercise.steps[step].instruction,
-               Tone::kGood, &lines);
-    if (status.progress > 0) lines.push_back({StatusFormat("%.0f %%", 100 * status.progress)});
+    AddWrapped(
+        Format("%zu/%zu ", step + 1, exercise.steps.size()) + exercise.steps[step].instruction,
+        Tone::kGood, &lines);
+    if (status.progress > 0) lines.push_back({Format("%.0f %%", 100 * status.progress)});
   }
-  lines.push_back({StatusFormat("%.0f s left, ", status.time_left) +
-                       CountOf(status.errors, "error") + StatusFormat(", score %.0f", status.score),
+  lines.push_back({Format("%.0f s left, ", status.time_left) + CountOf(status.errors, "error") +
+                       Format(", score %.0f", status.score),
                    Tone::kDim});
   return lines;
 }
@@ -55,18 +55,17 @@ std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const Exercise
   std::vector<StatusLine> lines = {
       {status.passed ? "EXERCISE DONE" : "TIME IS OVER",
        status.passed ? Tone::kGood : Tone::kWarning},
-      {StatusFormat("%s, score %.0f of 100", status.passed ? "passed" : "not passed", status.score),
+      {Format("%s, score %.0f of 100", status.passed ? "passed" : "not passed", status.score),
        status.passed ? Tone::kGood : Tone::kWarning},
       {exercise.name +
-       StatusFormat(": %d of %zu steps in %.1f s, ", status.step, exercise.steps.size(),
-                    status.time) +
+       Format(": %d of %zu steps in %.1f s, ", status.step, exercise.steps.size(), status.time) +
        CountOf(status.errors, "error")}};
   for (std::size_t s = 0; s < std::min(exercise.steps.size(), kShownSteps); ++s) {
     const bool done = static_cast<int>(s) < status.step;
     lines.push_back({exercise.steps[s].name,
                      done ? Tone::kPlain : Tone::kDim,
                      {},
-                     done ? StatusFormat("%.1f s", status.step_times[s]) : "\u2013"});
+                     done ? Format("%.1f s", status.step_times[s]) : "\u2013"});
   }
   const std::size_t rules = std::min(exercise.errors.size(), kShownRules);
   std::size_t left = static_cast<std::size_t>(
@@ -79,11 +78,11 @@ std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const Exercise
       break;
     }
     --left;
-    const std::string times = count > 1 ? StatusFormat(" (%d times)", count) : "";
+    const std::string times = count > 1 ? Format(" (%d times)", count) : "";
     lines.push_back({exercise.errors[rule].name + times,
                      Tone::kWarning,
                      {},
-                     StatusFormat("\u2212%g", count * exercise.errors[rule].points)});
+                     Format("\u2212%g", count * exercise.errors[rule].points)});
   }
   lines.push_back({"a key ends the session (s: screenshot)", Tone::kDim});
   return lines;

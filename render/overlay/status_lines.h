@@ -1,25 +1,14 @@
 #pragma once
 
 #include <algorithm>
-#include <cstdarg>
-#include <cstdio>
 #include <string>
 #include <vector>
 
+#include "engine/base/format.h"
 #include "render/overlay/status_text.h"
 
 /// Helpers that the parts of the status text share.
 namespace hpdm {
-
-/// Formats like printf, up to 119 characters.
-__attribute__((format(printf, 1, 2))) inline std::string StatusFormat(const char* format, ...) {
-  char text[120];
-  std::va_list arguments;
-  va_start(arguments, format);
-  std::vsnprintf(text, sizeof text, format, arguments);
-  va_end(arguments);
-  return text;
-}
 
 /// Adds a text in lines of up to about 44 bytes.
 inline void AddWrapped(const std::string& text, Tone tone, std::vector<StatusLine>* lines) {
@@ -42,7 +31,7 @@ inline std::string InstrumentName(const StatusNames& names, int tool, int instru
   if (t < names.instruments.size() && e < names.instruments[t].size()) {
     return names.instruments[t][e];
   }
-  return StatusFormat("instrument %d", tool + 1);
+  return Format("instrument %d", tool + 1);
 }
 
 /// Returns a hand's instruments in the order of their exchange, `marked` in brackets: "hook >

@@ -16,7 +16,7 @@ double Milli(Nanoseconds duration) { return 1e-6 * static_cast<double>(duration)
 
 std::string OrganName(const StatusNames& names, int organ) {
   const auto o = static_cast<std::size_t>(organ);
-  return o < names.organs.size() ? names.organs[o] : StatusFormat("organ %d", organ + 1);
+  return o < names.organs.size() ? names.organs[o] : Format("organ %d", organ + 1);
 }
 
 // Lines for the trainer: they stay below warnings, so that a trainee looks at the tissue.
@@ -24,11 +24,11 @@ std::vector<StatusLine> LoopLines(const Status& status) {
   const SessionHealth& health = status.health;
   std::vector<StatusLine> lines;
   if (health.haptic_hz > 0) {
-    lines.push_back({StatusFormat("haptics %.0f Hz, late %.0f \u00b5s (p99)", health.haptic_hz,
-                                  1e-3 * static_cast<double>(health.wake_late_p99_ns)),
+    lines.push_back({Format("haptics %.0f Hz, late %.0f \u00b5s (p99)", health.haptic_hz,
+                            1e-3 * static_cast<double>(health.wake_late_p99_ns)),
                      Tone::kDim});
-    lines.push_back({StatusFormat("deformation %.0f Hz, %.1f ms", health.deformation_hz,
-                                  Milli(health.step_compute_ns)),
+    lines.push_back({Format("deformation %.0f Hz, %.1f ms", health.deformation_hz,
+                            Milli(health.step_compute_ns)),
                      health.step_flags == 0 ? Tone::kDim : Tone::kPlain});
   }
   if ((health.step_flags & kStepRecovering) != 0) {
@@ -38,17 +38,16 @@ std::vector<StatusLine> LoopLines(const Status& status) {
   }
   if ((health.step_flags & kStepShed) != 0) lines.push_back({"reduced quality"});
   if (status.frame_hz > 0) {
-    lines.push_back({StatusFormat("picture %.0f Hz", status.frame_hz), Tone::kDim});
+    lines.push_back({Format("picture %.0f Hz", status.frame_hz), Tone::kDim});
   }
   if (health.ticks > 0) {
     const std::uint32_t skipped = health.skipped.Total();
     lines.push_back(
-        {StatusFormat("ticks missed: %u", skipped), skipped == 0 ? Tone::kDim : Tone::kPlain});
+        {Format("ticks missed: %u", skipped), skipped == 0 ? Tone::kDim : Tone::kPlain});
   }
   if (health.log_lost > 0) {
     lines.push_back(
-        {StatusFormat("log lost %llu", static_cast<unsigned long long>(health.log_lost)),
-         Tone::kAlarm});
+        {Format("log lost %llu", static_cast<unsigned long long>(health.log_lost)), Tone::kAlarm});
   }
   return lines;
 }
@@ -56,8 +55,8 @@ std::vector<StatusLine> LoopLines(const Status& status) {
 std::string ClockText(Nanoseconds time_ns) {
   const auto seconds = static_cast<long long>(ToSeconds(time_ns));
   const long long hours = seconds / 3600, minutes = seconds / 60 % 60;
-  return hours > 0 ? StatusFormat("%lld:%02lld:%02lld", hours, minutes, seconds % 60)
-                   : StatusFormat("%lld:%02lld", minutes, seconds % 60);
+  return hours > 0 ? Format("%lld:%02lld:%02lld", hours, minutes, seconds % 60)
+                   : Format("%lld:%02lld", minutes, seconds % 60);
 }
 
 // Lines that answer the user.
@@ -89,8 +88,7 @@ std::string OpticsText(const Status& status) {
   const double turn = status.optics_turn / kDegree, angle = status.view.scope.angle / kDegree;
   const bool turned = std::abs(turn) >= 3;  // a turn of the scope turns them a little
   if (!turned && std::abs(status.optics_changed) < 1e-6) return {};
-  return StatusFormat("optics %.0f\u00b0", angle) +
-         (turned ? StatusFormat(", turned %.0f\u00b0", turn) : "");
+  return Format("optics %.0f\u00b0", angle) + (turned ? Format(", turned %.0f\u00b0", turn) : "");
 }
 
 std::vector<StatusLine> StateLines(const Status& status, const StatusNames& names) {
@@ -109,10 +107,10 @@ std::vector<StatusLine> StateLines(const Status& status, const StatusNames& name
     if (view.window_width > 0) lines.push_back({"Home: first view", Tone::kDim});
   }
   if (view.overlays & kOverlayForce) {
-    lines.push_back({StatusFormat("colours: force 0 to %g N", kForceScale)});
+    lines.push_back({Format("colours: force 0 to %g N", kForceScale)});
   }
   if ((view.overlays & kOverlayError) && status.error_scale > 0) {
-    lines.push_back({StatusFormat("colours: error 0 to %g mm", 1e3 * status.error_scale)});
+    lines.push_back({Format("colours: error 0 to %g mm", 1e3 * status.error_scale)});
   }
   return lines;
 }
@@ -126,13 +124,12 @@ std::vector<StatusLine> AlarmLines(const Status& status, const StatusNames& name
     const std::string who =
         InstrumentName(names, tool, status.scene.tools[tool].instrument_index) + ": ";
     if (health.depth > limits.depth) {
-      lines.push_back({who + StatusFormat("%.0f mm deep, limit %.3g mm", 1e3 * health.depth,
-                                          1e3 * limits.depth),
-                       Tone::kAlarm});
+      lines.push_back(
+          {who + Format("%.0f mm deep, limit %.3g mm", 1e3 * health.depth, 1e3 * limits.depth),
+           Tone::kAlarm});
     }
     if (const double force = health.force_W.norm(); force > limits.force) {
-      lines.push_back(
-          {who + StatusFormat("%.1f N, limit %.3g N", force, limits.force), Tone::kAlarm});
+      lines.push_back({who + Format("%.1f N, limit %.3g N", force, limits.force), Tone::kAlarm});
     }
   }
   return lines;
@@ -190,7 +187,7 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
     return {"in " + names.layers[layer], Tone::kGood};
   }
   if (health.organ < 0) return {"free", Tone::kDim};
-  return {StatusFormat("%.1f mm ", 1e3 * health.depth) + OrganName(names, health.organ),
+  return {Format("%.1f mm ", 1e3 * health.depth) + OrganName(names, health.organ),
           health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
 }
 
@@ -204,7 +201,7 @@ void AddReadout(const Status& status, const StatusNames& names, int tool,
   if (readout.closed_empty) {
     lines->push_back({"empty: exchange it for a full one (x)", Tone::kAlarm});
   } else if (readout.clips_left >= 0) {
-    lines->push_back({StatusFormat("clips left: %d", readout.clips_left),
+    lines->push_back({Format("clips left: %d", readout.clips_left),
                       readout.clips_left == 0 ? Tone::kWarning : Tone::kPlain});
   }
   const auto duct = static_cast<std::size_t>(readout.missed_duct);
@@ -215,7 +212,7 @@ void AddReadout(const Status& status, const StatusNames& names, int tool,
   }
   lines->push_back({"no duct between jaws:", Tone::kWarning});
   lines->push_back(
-      {StatusFormat("%.0f mm from ", 1e3 * readout.missed_by) + names.ducts[duct], Tone::kWarning});
+      {Format("%.0f mm from ", 1e3 * readout.missed_by) + names.ducts[duct], Tone::kWarning});
 }
 
 std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names, int tool) {
@@ -233,9 +230,9 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
   AddReadout(status, names, tool, &lines);
   lines.push_back(ContactLine(status, names, tool));
   const double force = health.force_W.norm(), limit = status.limits.force;
-  lines.push_back({StatusFormat("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
+  lines.push_back({Format("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
                    std::clamp(force / (kBarLimits * limit), 0.0, 1.0)});
-  lines.push_back({StatusFormat("peak %.2f N", health.peak_force), Tone::kDim});
+  lines.push_back({Format("peak %.2f N", health.peak_force), Tone::kDim});
   return lines;
 }
 

@@ -9,7 +9,7 @@
 
 namespace hpdm {
 
-/// What the scripts of FurtherRemovalErrors() do besides an ErringSurgeon's acts.
+/// Acts and measurements for the scripts of FurtherRemovalErrors().
 class FurtherActs {
  public:
   using Duct = RemovalSurgeon::Duct;

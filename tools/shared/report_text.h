@@ -1,21 +1,11 @@
 #pragma once
 
-#include <cstdarg>
-#include <cstdio>
 #include <string>
 #include <string_view>
 
-namespace hpdm {
+#include "engine/base/format.h"
 
-/// Formats as printf does, up to 511 characters.
-[[gnu::format(printf, 1, 2)]] inline std::string Format(const char* format, ...) {
-  char text[512];
-  va_list values;
-  va_start(values, format);
-  std::vsnprintf(text, sizeof text, format, values);
-  va_end(values);
-  return text;
-}
+namespace hpdm {
 
 /// Makes text from a message or a log safe to print: each control or non-ASCII byte becomes '?'.
 inline std::string Printable(std::string_view text) {

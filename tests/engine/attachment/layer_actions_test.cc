@@ -116,7 +116,6 @@ TEST_P(Burning, TakesTheAreaThatTheHeatVaporises) {
   EXPECT_EQ(ActedOutcome(bench).burnt_area, ActedOutcome(bench).freed_area) << "nothing tore";
 }
 
-// A sample is burnt if its disc comes within a millimetre of the tip; whole samples are.
 TEST(LayerActions, AHookSaysWhichLayerItWouldBurnWithoutThePedal) {
   const Bed bed;
   OrganBench bench;
@@ -139,6 +138,7 @@ TEST(LayerActions, AHookSaysWhichLayerItWouldBurnWithoutThePedal) {
   EXPECT_EQ(layer(tool), -1) << "all in reach is burnt";
 }
 
+// A sample is burnt if its disc comes within a millimetre of the tip; whole samples are.
 TEST(LayerActions, HeatReachesAMillimetreAndNoFurther) {
   const Bed bed;
   OrganBench bench;

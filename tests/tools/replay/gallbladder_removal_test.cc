@@ -67,7 +67,7 @@ TEST_F(GallbladderRemoval, ASurgeonDoesItCleanly) {
   EXPECT_EQ(surgeon_.result().score, 100) << "before the target time";
 }
 
-// By itself, on its weak spring, the gallbladder would yield by metres for a newton.
+// Without its layers the gallbladder would yield by metres for a newton: only a weak spring would hold it.
 TEST_F(GallbladderRemoval, JawsThatCloseOnAPressKeepItsForce) {
   const LockstepSession before = session_;
   const auto left = [this] { return session_.tools()[RemovalSurgeon::kLeft]; };
