@@ -28,6 +28,7 @@ class Perforations : public testing::Test {
   void Step(ExerciseEvaluator* judge, int grasper, int hook, bool pedal) {
     sample_.tool_count = 2;
     sample_.step.time_ns += kBurnPeriod;
+    sample_.step.device_time_ns = sample_.step.time_ns;
     ++sample_.step.number;
     const auto press = [this](int hand, int organ, double x) {
       SolvedContact& contact = sample_.contacts[static_cast<std::size_t>(hand)];
