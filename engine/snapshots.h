@@ -218,7 +218,7 @@ struct StepSample {
   int attachment_count = 0;
   std::array<AttachmentOutcome, kMaxAttachments> attachments;  ///< In the scene's order.
   int duct_count = 0;
-  std::array<DuctOutcome, kMaxDucts> ducts;  ///< In the scene's order. Not in the log.
+  std::array<DuctOutcome, kMaxDucts> ducts;  ///< In the scene's order.
   int layer_count = 0;
   /// Largest tension of each layer of the organs in turn, N/m. Not in the log.
   std::array<double, kMaxLayers> layer_tensions{};

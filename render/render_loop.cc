@@ -234,6 +234,17 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
   return MakeStatusText(status, options_.names);
 }
 
+// With the text overlay only: recorded pictures without it stay clean.
+FreeingGuide RenderLoop::Guide() const {
+  const bool wanted = settings_.guidance && (settings_.overlays & kOverlayText) != 0;
+  if (!wanted || edges_.health == nullptr || !options_.names.exercise) return {};
+  const ExerciseStatus& status = edges_.health->Front().exercise;
+  const auto& steps = options_.names.exercise->steps;
+  if (!status.present || status.ended || ToSize(status.step) >= steps.size()) return {};
+  return {steps[ToSize(status.step)].frees.value_or(-1),
+          ColourOf(Tone::kGood, options_.palette).head<3>()};
+}
+
 // Throws MachineError if the text cannot be drawn in a new size.
 void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   burns_.store(std::ranges::find(snapshot.burns, true) != snapshot.burns.end(),
@@ -241,7 +252,7 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
     drawing_->target.Bind();
-    drawing_->view.Draw(snapshot, scope_, settings_.overlays);
+    drawing_->view.Draw(snapshot, scope_, settings_.overlays, Guide());
     drawing_->target.Resolve(scope_);
     drawing_->view.DrawScales(settings_.overlays);
     // Without the text overlay the notices are for the screen alone, so that recorded pictures stay

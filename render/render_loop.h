@@ -157,6 +157,7 @@ class RenderLoop {
 
   void TakeSettings();
   StatusText TextOf(const SceneSnapshot& snapshot);
+  FreeingGuide Guide() const;
   void DrawNewest(const SceneSnapshot& snapshot);
   void KeepDeepest(const SceneSnapshot& snapshot);
   void KeepFiles(Nanoseconds time_ns);

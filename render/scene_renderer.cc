@@ -41,7 +41,7 @@ SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
 }
 
 void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
-                         std::uint32_t overlays) {
+                         std::uint32_t overlays, const FreeingGuide& guide) {
   FrameUniforms frame = ScopeUniforms(scope);
   instruments_.AddTo(snapshot, &frame);
   frame_.Upload(frame);
@@ -69,6 +69,9 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   cavity_.Draw(scope);
   if (attachments_) attachments_->Draw(snapshot, scope);
   smoke_.Draw(snapshot, scope);
+  if (attachments_ && guide.attachment >= 0) {
+    attachments_->DrawLeft(guide.attachment, guide.colour, snapshot, scope);
+  }
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
 }
 

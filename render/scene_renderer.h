@@ -27,6 +27,12 @@ struct SceneRendererOptions {
   bool levels = true;     ///< Fewer triangles for organs that are small (mesh_levels.h).
 };
 
+/// What an exercise asks to be freed next, which is dotted.
+struct FreeingGuide {
+  int attachment = -1;  ///< By its index in the scene; -1: none.
+  Colour colour = Colour::Ones();
+};
+
 /// Draws a whole scene into the bound framebuffer, for pictures and windows alike. Render thread
 /// only, from construction to destruction.
 class SceneRenderer {
@@ -43,7 +49,8 @@ class SceneRenderer {
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Ignores
   /// organs and tools beyond those given at construction; fewer organs or another vertex count is
   /// a bug. `overlays`: Overlay (view_settings.h), or-ed. Allocates nothing without overlays.
-  void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0);
+  void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0,
+            const FreeingGuide& guide = {});
 
   /// Clears the depth and draws that of one organ alone, as the last Draw() did.
   void DrawDepthOf(std::size_t organ) const;

@@ -9,12 +9,9 @@ void AttachedCompliance::Work::MakeRoom(const AttachmentJoint& joint, Eigen::Ind
   w_0.resize(unknowns, std::max(w_0.cols(), columns));
   half = half_forces = w_0;
   few_w.resize(unknowns, kFewColumns);
-  few_q = few_w;
-  Eigen::Index rows = moved.rows();
-  for (const AttachmentJoint::Member& member : joint.members()) {
-    rows = std::max(rows, member.unknowns());
-  }
-  moved.resize(rows, kFewColumns);
+  few_q.resize(static_cast<std::size_t>(FullGroups(w_0.cols()) / kFewColumns), few_w);
+  for (FewColumns& q : few_q) q.resize(unknowns, kFewColumns);
+  moved.resize(kRowsTogether, kFewColumns);
 }
 
 void AttachedCompliance::LoadModes(int i, const SparseRow& b) const {
@@ -33,34 +30,44 @@ void AttachedCompliance::LoadModes(int i, const SparseRow& b) const {
   }
 }
 
+void AttachedCompliance::FindForces(Eigen::Index group) const {
+  state_.solver().FindForces(work_.few_w.topRows(unknowns_),
+                             work_.few_q[static_cast<std::size_t>(group)].topRows(unknowns_));
+}
+
+// Passes once through the member's response, which is larger than the caches.
 void AttachedCompliance::TakeLayers(Eigen::Ref<Eigen::MatrixXd> responses) const {
-  if (member_.unknowns() == 0) return;  // a rigid organ
-  auto q = work_.few_q.topRows(unknowns_);
-  state_.solver().FindForces(work_.few_w.topRows(unknowns_), q);
-  auto moved = work_.moved.topRows(member_.unknowns());
-  Multiply(member_.response, q, moved);
-  for (Eigen::Index c = 0; c < responses.cols(); ++c) {
-    auto response = responses.col(c).head(member_.unknowns());
-    if (!turned_) {
-      response -= moved.col(c);
-      continue;
-    }
-    for (Eigen::Index i = 0; i < member_.unknowns(); i += 3) {
-      response.segment<3>(i) -= R_WF_ * moved.col(c).segment<3>(i);
+  for (Eigen::Index first = 0; first < member_.unknowns(); first += kRowsTogether) {
+    const Eigen::Index rows = std::min(kRowsTogether, member_.unknowns() - first);
+    auto moved = work_.moved.topRows(rows);
+    for (Eigen::Index c = 0; c < responses.cols(); ++c) {
+      const Eigen::Index in_group = c % kFewColumns;
+      if (in_group == 0) {
+        const FewColumns& q = work_.few_q[static_cast<std::size_t>(c / kFewColumns)];
+        Multiply(member_.response.middleRows(first, rows), q.topRows(unknowns_), moved);
+      }
+      auto response = responses.col(c).segment(first, rows);
+      if (!turned_) {
+        response -= moved.col(in_group);
+        continue;
+      }
+      for (Eigen::Index i = 0; i < rows; i += 3) {
+        response.segment<3>(i) -= R_WF_ * moved.col(in_group).segment<3>(i);
+      }
     }
   }
 }
 
 void AttachedCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const {
-  RespondInPart(0, b, response);
+  RespondInPart({&b, 1}, response);
   const Matrix3d unit_forces = Matrix3d::Identity();
   AddOtherPart(unit_forces, response);
 }
 
-void AttachedCompliance::RespondInPart(int i, const SparseRow& b,
-                                       Eigen::Ref<Eigen::MatrixXd> response) const {
-  free_.RespondTo(b, response);
-  LoadModes(i, b);
+void AttachedCompliance::RespondInPart(std::span<const SparseRow> rows,
+                                       Eigen::Ref<Eigen::MatrixXd> responses) const {
+  free_.RespondToSet(rows, responses);
+  for (std::size_t i = 0; i < rows.size(); ++i) LoadModes(static_cast<int>(i), rows[i]);
 }
 
 void AttachedCompliance::AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) const {
@@ -90,26 +97,35 @@ void AttachedCompliance::AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& f
       sum.noalias() = work_.w_0.topLeftCorner(unknowns_, forces.rows()) * forces.col(first + c);
       w_0.col(c) = sum;
     }
-    TakeLayers(responses.middleCols(first, count));
+    FindForces(first / kFewColumns);
   }
+  TakeLayers(responses);
 }
 
 void AttachedCompliance::SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const {
-  for (Eigen::Index first = 0; first < loads.cols(); first += kFewColumns) {
-    auto group = loads.middleCols(first, std::min<Eigen::Index>(kFewColumns, loads.cols() - first));
-    work_.few_w.setZero();
-    for (Eigen::Index c = 0; c < group.cols(); ++c) {
-      const auto load = group.col(c);
-      auto w_0 = work_.half.col(0).head(unknowns_);
-      w_0.setZero();
-      for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
-        const double along = turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
-        if (along != 0) w_0 += along * member_.response.row(i).transpose();
-      }
-      work_.few_w.col(c).head(unknowns_) = w_0;
+  const auto at_once = static_cast<Eigen::Index>(work_.few_q.size()) * kFewColumns;
+  for (Eigen::Index first = 0; first < loads.cols(); first += at_once) {
+    auto some = loads.middleCols(first, std::min(at_once, loads.cols() - first));
+    for (Eigen::Index c = 0; c < some.cols(); c += kFewColumns) {
+      LoadModes(some.middleCols(c, std::min<Eigen::Index>(kFewColumns, some.cols() - c)));
+      FindForces(c / kFewColumns);
     }
-    free_.SolveLoads(group);
-    TakeLayers(group);
+    free_.SolveLoads(some);
+    TakeLayers(some);
+  }
+}
+
+void AttachedCompliance::LoadModes(const Eigen::Ref<const Eigen::MatrixXd>& loads) const {
+  work_.few_w.setZero();
+  for (Eigen::Index c = 0; c < loads.cols(); ++c) {
+    const auto load = loads.col(c);
+    auto w_0 = work_.half.col(0).head(unknowns_);
+    w_0.setZero();
+    for (Eigen::Index i = 0; i < member_.unknowns(); ++i) {
+      const double along = turned_ ? R_WF_.col(i % 3).dot(load.segment<3>(i - i % 3)) : load[i];
+      if (along != 0) w_0 += along * member_.response.row(i).transpose();
+    }
+    work_.few_w.col(c).head(unknowns_) = w_0;
   }
 }
 

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
 #include "engine/attachment/attachment_state.h"
 #include "engine/contact/lattice_compliance.h"
 
@@ -19,8 +22,9 @@ class AttachedCompliance final : public LatticeCompliance {
 
     Eigen::MatrixXd w_0;                // 3r x columns: Phi H b^T
     Eigen::MatrixXd half, half_forces;  // JointSolver::Halve of it, and with its ducts' forces
-    FewColumns few_w, few_q;            // 3r rows
-    FewColumns moved;                   // 3n rows of the largest member
+    FewColumns few_w;                   // 3r rows
+    std::vector<FewColumns> few_q;      // the same, for all columns in groups of kFewColumns
+    FewColumns moved;                   // kRowsTogether rows
   };
   /// `free`: H of the organ; `member`: its number in the joint. All must outlive this. `R_WF`: the
   /// member's frame once its layers have let it go.
@@ -35,8 +39,8 @@ class AttachedCompliance final : public LatticeCompliance {
         turned_(R_WF != Matrix3d::Identity()) {}
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
-  void RespondInPart(int i, const SparseRow& b,
-                     Eigen::Ref<Eigen::MatrixXd> response) const override;
+  void RespondInPart(std::span<const SparseRow> rows,
+                     Eigen::Ref<Eigen::MatrixXd> responses) const override;
   void AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) const override;
   void AddOtherPart(const Eigen::Ref<const Eigen::MatrixXd>& forces,
                     Eigen::Ref<Eigen::MatrixXd> responses) const override;
@@ -48,10 +52,17 @@ class AttachedCompliance final : public LatticeCompliance {
   Matrix3d PointCompliance(const SparseRow& b) const override;
 
  private:
+  /// Rows of a member's response that stay in the cache for all groups of columns; a multiple of 3.
+  static constexpr Eigen::Index kRowsTogether = 96;
+
   /// Fills the columns of row number i of a set.
   void LoadModes(int i, const SparseRow& b) const;
-  /// Takes what layers and ducts do from at most kFewColumns responses, given Phi of the responses
-  /// without them in few_w.
+  /// Fills few_w with Phi of the responses to at most kFewColumns loads, without layers.
+  void LoadModes(const Eigen::Ref<const Eigen::MatrixXd>& loads) const;
+  /// Finds the forces of layers and ducts for a group of kFewColumns responses, given Phi of the
+  /// responses without them in few_w.
+  void FindForces(Eigen::Index group) const;
+  /// Takes what layers and ducts do from the responses, given their forces.
   void TakeLayers(Eigen::Ref<Eigen::MatrixXd> responses) const;
 
   const LatticeCompliance& free_;

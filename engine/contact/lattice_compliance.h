@@ -41,13 +41,23 @@ class LatticeCompliance {
   /// unit force along each axis on the point of row b. Row 3 a + d is control point a along d.
   /// Deformation thread; allocates nothing.
   virtual void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const = 0;
+  /// Computes the same for a set of rows at once, which can be cheaper: columns 3 i to 3 i + 2 of
+  /// `responses` are those of row i.
+  virtual void RespondToSet(std::span<const SparseRow> rows,
+                            Eigen::Ref<Eigen::MatrixXd> responses) const {
+    Eigen::Index column = 0;
+    for (const SparseRow& b : rows) {
+      RespondTo(b, responses.middleCols<3>(column));
+      column += 3;
+    }
+  }
 
-  /// Computes the first of two parts of the response of row number i of a set. The second part is
-  /// added by AddOtherPart(), which is cheaper for a combination of the rows than for each. Here the
-  /// first part is the whole response.
-  virtual void RespondInPart(int /*i*/, const SparseRow& b,
-                             Eigen::Ref<Eigen::MatrixXd> response) const {
-    RespondTo(b, response);
+  /// Computes the first of two parts of the responses of a set of rows. The second part is added by
+  /// AddOtherPart(), which is cheaper for a combination of the rows than for each. Here the first part
+  /// is the whole response.
+  virtual void RespondInPart(std::span<const SparseRow> rows,
+                             Eigen::Ref<Eigen::MatrixXd> responses) const {
+    RespondToSet(rows, responses);
   }
   /// Adds the second part to B K^-1 B^T of the set (`compliance`, 3 rows x 3 rows).
   virtual void AddOtherPart(Eigen::Ref<Eigen::MatrixXd> /*compliance*/) const {}

@@ -34,8 +34,8 @@ Square Inverse(const Square& stiffness) {
 TipCompliance::TipCompliance(int n)
     : n_(n),
       weights_(kMaxRows + 1, n),
-      columns_(n),
-      values_(n),
+      columns_(kMaxRows * static_cast<std::size_t>(n)),
+      values_(kMaxRows * static_cast<std::size_t>(n)),
       response_(3 * n, 3 * kMaxRows),
       tip_response_(3 * n, 3 * kMaxTips + 1),
       row_compliance_(3 * kMaxRows, 3 * kMaxRows),
@@ -72,14 +72,16 @@ int TipCompliance::MostPressing(int tip, bool same_tool) const {
   return found;
 }
 
-SparseRow TipCompliance::Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
-  std::size_t entries = 0;
+// Writes the entries from number `first` on.
+SparseRow TipCompliance::CompressInto(std::size_t first,
+                                      const Eigen::Ref<const Eigen::RowVectorXd>& row) {
+  std::size_t entries = first;
   for (int a = 0; a < n_; ++a) {
     if (row[a] == 0) continue;
     columns_[entries] = a;
     values_[entries++] = row[a];
   }
-  return {{columns_.data(), entries}, {values_.data(), entries}};
+  return {{columns_.data() + first, entries - first}, {values_.data() + first, entries - first}};
 }
 
 SparseRow TipCompliance::Join(const SparseRow& lattice, const SparseRow& finer,
@@ -107,11 +109,16 @@ SparseRow TipCompliance::Join(const SparseRow& lattice, const SparseRow& finer,
 }
 
 void TipCompliance::FillRowCompliance(const LatticeCompliance& lattice) {
+  std::array<SparseRow, kMaxRows> rows;
+  std::size_t entries = 0;
   for (int i = 0; i < row_count_; ++i) {
-    const SparseRow b = Compress(weights_.row(i));
-    lattice.RespondInPart(i, b, response_.middleCols<3>(3 * i));
+    rows[ToSize(i)] = CompressInto(entries, weights_.row(i));
+    entries += rows[ToSize(i)].weights.size();
+  }
+  lattice.RespondInPart({rows.data(), ToSize(row_count_)}, response_.leftCols(3 * row_count_));
+  for (int i = 0; i < row_count_; ++i) {
     for (int j = 0; j <= i; ++j) {
-      Matrix3d C = Product(b, response_.middleCols<3>(3 * j));
+      Matrix3d C = Product(rows[ToSize(i)], response_.middleCols<3>(3 * j));
       if (j < i) C += rows_[i].coupled.To(rows_[j].coupled);
       row_compliance_.block<3, 3>(3 * i, 3 * j) = C;
       row_compliance_.block<3, 3>(3 * j, 3 * i) = C.transpose();

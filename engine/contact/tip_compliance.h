@@ -1,10 +1,10 @@
 #pragma once
 
 #include <array>
-#include <vector>
 
 #include "engine/base/check.h"
 #include "engine/base/copying.h"
+#include "engine/base/work_array.h"
 #include "engine/contact/contact_solver.h"
 #include "engine/contact/lattice_compliance.h"
 #include "engine/snapshots.h"
@@ -64,7 +64,9 @@ class TipCompliance {
     return weights_.row(kMaxRows);
   }
   /// Returns the non-zero entries of a row, valid until the next call.
-  SparseRow Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row);
+  SparseRow Compress(const Eigen::Ref<const Eigen::RowVectorXd>& row) {
+    return CompressInto(0, row);
+  }
   /// Returns the non-zero entries of a row given by those of its control points and the values of the
   /// finer functions, of which those in use count; valid until the next call.
   SparseRow Join(const SparseRow& lattice, const SparseRow& finer, const ActiveRefinement& active);
@@ -114,6 +116,7 @@ class TipCompliance {
     RowMemory memory;
   };
 
+  SparseRow CompressInto(std::size_t first, const Eigen::Ref<const Eigen::RowVectorXd>& row);
   void FillRowCompliance(const LatticeCompliance& lattice);
   auto RowCompliance() { return row_compliance_.topLeftCorner(3 * row_count_, 3 * row_count_); }
   int MostPressing(int tip, bool same_tool) const;
@@ -125,9 +128,10 @@ class TipCompliance {
   std::array<Tip, kMaxTips> tips_;
   std::array<int, kMaxTips> owners_{};
   WorkMatrixOf<ContactWeights> weights_;  // (kMaxRows + 1) x n: the rows and a scratch row
-  std::vector<int> columns_;              // n: non-zero columns of the compressed row
-  std::vector<double> values_;            // n
-  WorkMatrix response_;                   // 3n x 3 rows: K^-1 b_i^T, in part (RespondInPart)
+  // kMaxRows n: the non-zero entries of the compressed row, or of all rows
+  WorkArray<int> columns_;
+  WorkArray<double> values_;
+  WorkMatrix response_;  // 3n x 3 rows: K^-1 b_i^T, in part (RespondInPart)
   // 3n x (3 tips + 1): the same for the condensed tips, and the displacement by the tips' forces
   WorkMatrix tip_response_;
   WorkMatrix row_compliance_;  // 3 kMaxRows, square: C_rows in its corner

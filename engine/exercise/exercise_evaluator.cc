@@ -13,10 +13,14 @@ ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
       judge_(options_.ducts, options_.clips_that_stay),
       torn_(options_.errors.size(), 0),
       bleedings_counted_(options_.errors.size()),
-      perforations_judged_(options_.errors.size(), 0) {}
+      perforations_judged_(options_.errors.size(), 0),
+      stretched_(options_.errors.size()) {}
 
 void ExerciseEvaluator::Add(const StepSample& sample) {
   if (result_.ended) return;
+  if (!begun_) {
+    std::ranges::transform(sample.ducts, first_lengths_.begin(), &DuctOutcome::length);
+  }
   const double dt = AdvanceTime(sample.step);
   for (std::size_t t = 0; t < instruments_.size(); ++t) {
     instruments_[t] = sample.tools[t].instrument_index;
@@ -111,43 +115,6 @@ bool ExerciseEvaluator::Holds(const ExerciseStepOptions& step, const StepSample&
   return holds && touches && released && gentle && freed && clipped && cut;
 }
 
-void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
-  for (std::size_t rule = 0; rule < options_.errors.size(); ++rule) {
-    switch (options_.errors[rule].kind) {
-      case ExerciseErrorKind::kForce:
-        FindForce(sample, rule);
-        break;
-      case ExerciseErrorKind::kTear:
-        FindTears(sample, rule);
-        break;
-      case ExerciseErrorKind::kBurn:
-      case ExerciseErrorKind::kStrayBurn:
-      case ExerciseErrorKind::kNearBurn:
-        FindBurns(sample, rule, dt);
-        break;
-      case ExerciseErrorKind::kDrop:
-        FindDrops(sample, rule);
-        break;
-      case ExerciseErrorKind::kInverted:
-        FindInversion(sample, rule);
-        break;
-      case ExerciseErrorKind::kBadClip:
-      case ExerciseErrorKind::kWrongClip:
-      case ExerciseErrorKind::kLostClip:
-      case ExerciseErrorKind::kEarlyClip:
-      case ExerciseErrorKind::kEarlyCut:
-      case ExerciseErrorKind::kBadCut:
-        break;  // JudgeAction()
-      case ExerciseErrorKind::kBleeding:
-        FindBleedings(rule);
-        break;
-      case ExerciseErrorKind::kPerforation:
-        FindPerforations(sample, rule);
-        break;
-    }
-  }
-}
-
 // Judges a hand's clip or cut, and keeps it.
 void ExerciseEvaluator::JudgeAction(const StepSample& sample, int hand) {
   const DuctAction& action = sample.duct_actions[static_cast<std::size_t>(hand)];
@@ -215,115 +182,6 @@ double ExerciseEvaluator::ClipAngleOf(int duct) const {
   return least.value_or(kClipAngle);
 }
 
-void ExerciseEvaluator::FindForce(const StepSample& sample, std::size_t rule) {
-  const ExerciseErrorOptions& error = options_.errors[rule];
-  for (int t = 0; t < sample.tool_count; ++t) {
-    Watch& watch = watches_[rule][static_cast<std::size_t>(t)];
-    double largest = 0;
-    SolvedContact at;
-    VisitContacts(sample, t, [&](const SolvedContact& contact) {
-      const double force = contact.force_on_tissue_W.norm();
-      if ((error.organ >= 0 && contact.organ != error.organ) || force <= largest) return;
-      largest = force;
-      at = contact;
-    });
-    if (watch.active) {
-      if (largest < kForceBelow * error.limit) watch.active = false;
-      ExerciseError& counted = result_.errors[watch.error];
-      if (largest <= counted.force) continue;
-      counted.force = largest;
-      counted.place_W = at.contact_W;
-    } else if (largest > error.limit && AddError(rule, t, at.organ, at.contact_W, largest)) {
-      watch.active = true;
-      watch.error = result_.errors.size() - 1;
-    }
-  }
-}
-
-// A tear belongs to the hand that pulls most.
-void ExerciseEvaluator::FindTears(const StepSample& sample, std::size_t rule) {
-  const ExerciseErrorOptions& error = options_.errors[rule];
-  const double torn = TornArea(sample, error.attachment);
-  if (torn - torn_[rule] < error.limit) return;
-  torn_[rule] = torn;
-  int hand = -1;
-  SolvedContact most;
-  for (int t = 0; t < sample.tool_count; ++t) {
-    const SolvedContact& contact = sample.contacts[static_cast<std::size_t>(t)];
-    if (contact.organ < 0 || contact.force_on_tissue_W.norm() < most.force_on_tissue_W.norm()) {
-      continue;
-    }
-    most = contact;
-    hand = t;
-  }
-  AddError(rule, hand, most.organ, most.contact_W, most.force_on_tissue_W.norm());
-}
-
-void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, double dt) {
-  const ExerciseErrorOptions& error = options_.errors[rule];
-  for (int t = 0; t < sample.tool_count; ++t) {
-    const auto h = static_cast<std::size_t>(t);
-    Watch& watch = watches_[rule][h];
-    const bool near = error.kind == ExerciseErrorKind::kNearBurn;
-    const Vector3d tip_W = sample.tools[h].X_WT.translation();
-    int touched = -1;
-    double force = 0;
-    bool touches_any = false;
-    VisitContacts(sample, t, [&](const SolvedContact& contact) {
-      if (!Touches(contact)) return;
-      touches_any = true;
-      if (error.organ >= 0 && contact.organ != error.organ) return;
-      touched = contact.organ;
-      force = std::max(force, contact.force_on_tissue_W.norm());
-    });
-    bool in_place = false;
-    if (near) {
-      in_place = DistanceTo(error.path_W, tip_W) <= error.within;
-    } else {
-      in_place = sample.layer_work[h].burning == 0 &&
-                 (error.kind == ExerciseErrorKind::kBurn ? touched >= 0 : !touches_any);
-    }
-    if (!IsHook(sample, t) || !sample.tools[h].pedal || !in_place) {
-      watch = {};
-      continue;
-    }
-    watch.since += dt;
-    if (watch.active || watch.since < error.limit) continue;
-    watch.active = true;
-    AddError(rule, t, touched, tip_W, force);
-  }
-}
-
-void ExerciseEvaluator::FindDrops(const StepSample& sample, std::size_t rule) {
-  const ExerciseErrorOptions& error = options_.errors[rule];
-  for (int t = 0; t < sample.tool_count; ++t) {
-    const auto h = static_cast<std::size_t>(t);
-    const SolvedContact& before = last_contacts_[h];
-    if (before.kind != ContactKind::kGrasp || before.organ < 0) continue;
-    if (error.organ >= 0 && before.organ != error.organ) continue;
-    const bool is_held = std::ranges::any_of(sample.contacts, [&](const SolvedContact& contact) {
-      return contact.kind == ContactKind::kGrasp && contact.organ == before.organ;
-    });
-    if (is_held) continue;
-    const bool in_place = error.path_W.empty()
-                              ? LiftOf(before) <= error.limit
-                              : DistanceTo(error.path_W, before.contact_W) <= error.within;
-    if (in_place) continue;
-    AddError(rule, t, before.organ, before.contact_W, before.force_on_tissue_W.norm());
-  }
-}
-
-void ExerciseEvaluator::FindInversion(const StepSample& sample, std::size_t rule) {
-  Watch& watch = watches_[rule][0];
-  if ((sample.step.flags & kStepInverted) == 0) {
-    if (result_.time - watch.last >= kSoundAgain) watch.active = false;
-    return;
-  }
-  watch.last = result_.time;
-  if (watch.active) return;
-  watch.active = AddError(rule, -1, -1, Vector3d::Zero(), 0);
-}
-
 void ExerciseEvaluator::AddBleeding(Nanoseconds time_ns) {
   if (bleedings_ns_.size() >= kMaxErrors) return;
   bleedings_ns_.push_back(time_ns);
@@ -354,47 +212,8 @@ void ExerciseEvaluator::AdvanceBleedings(const StepSample& sample) {
   }
 }
 
-void ExerciseEvaluator::FindBleedings(std::size_t rule) {
-  for (std::size_t b = 0; b < result_.bleedings.size(); ++b) {
-    const ExerciseBleeding& bleeding = result_.bleedings[b];
-    if (bleedings_counted_[rule][b] ||
-        bleeding.end - bleeding.begin < options_.errors[rule].limit) {
-      continue;
-    }
-    bleedings_counted_[rule][b] = AddError(rule, -1, -1, Vector3d::Zero(), 0);
-  }
-}
-
 void ExerciseEvaluator::AddPerforation(Nanoseconds time_ns, int organ) {
   if (perforations_.size() < kMaxErrors) perforations_.push_back({time_ns, organ});
-}
-
-// A perforation belongs to the energised hook on the organ, or else to another tip on it, in this step
-// or in the last: the wall is judged by the contacts of the last step.
-void ExerciseEvaluator::FindPerforations(const StepSample& sample, std::size_t rule) {
-  const int organ = options_.errors[rule].organ;
-  std::size_t& judged = perforations_judged_[rule];
-  for (; judged < perforations_.size(); ++judged) {
-    const Perforation& perforation = perforations_[judged];
-    if (perforation.time_ns >= sample.step.time_ns) break;
-    if (organ >= 0 && perforation.organ != organ) continue;
-    int hand = -1;
-    bool burns = false;
-    SolvedContact at;
-    for (int t = 0; t < sample.tool_count; ++t) {
-      const auto h = static_cast<std::size_t>(t);
-      const bool hot = IsHook(sample, t) && sample.tools[h].pedal;
-      for (const SolvedContact& contact : {sample.contacts[h], last_contacts_[h]}) {
-        const bool presses =
-            contact.organ == perforation.organ && contact.kind == ContactKind::kPress;
-        if (!presses || (hand >= 0 && (burns || !hot))) continue;
-        hand = t;
-        burns = hot;
-        at = contact;
-      }
-    }
-    AddError(rule, hand, perforation.organ, at.contact_W, at.force_on_tissue_W.norm());
-  }
 }
 
 bool ExerciseEvaluator::AddError(std::size_t rule, int hand, int organ, const Vector3d& place_W,

@@ -70,6 +70,8 @@ class ExerciseEvaluator {
   static constexpr double kTimePoints = 20;
   /// A force error ends below this share of its limit.
   static constexpr double kForceBelow = 0.8;
+  /// A duct's stretch ends below this share of its limit.
+  static constexpr double kStretchBelow = 0.95;
   /// s without inverted tissue until it counts again.
   static constexpr double kSoundAgain = 0.5;
   static constexpr std::size_t kMaxErrors = 1000;  ///< Later ones cost nothing.
@@ -107,6 +109,7 @@ class ExerciseEvaluator {
   double ClipAngleOf(int duct) const;
   void FindForce(const StepSample& sample, std::size_t rule);
   void FindTears(const StepSample& sample, std::size_t rule);
+  void FindStretches(const StepSample& sample, std::size_t rule);
   void FindBurns(const StepSample& sample, std::size_t rule, double dt);
   void FindDrops(const StepSample& sample, std::size_t rule);
   void FindInversion(const StepSample& sample, std::size_t rule);
@@ -139,7 +142,9 @@ class ExerciseEvaluator {
     int organ = -1;
   };
   std::vector<Perforation> perforations_;
-  std::vector<std::size_t> perforations_judged_;  // of each rule, their number
+  std::vector<std::size_t> perforations_judged_;        // of each rule, their number
+  std::array<double, kMaxDucts> first_lengths_{};       // of the ducts in the first step, m
+  std::vector<std::array<bool, kMaxDucts>> stretched_;  // of each rule, each duct
   std::array<SolvedContact, kMaxInstruments> last_contacts_;
   std::array<int, kMaxInstruments> instruments_{};  // that the hands hold, as in ToolPose
 };

@@ -19,8 +19,8 @@ struct ExerciseTool {
 /// A duct or a vessel of the scene.
 struct ExerciseDuct {
   std::string name = {};
-  int organ_end =
-      -1;  ///< The end that the organ which is taken out holds: 0 is a, 1 is b; -1: none.
+  /// The end that the organ which is taken out holds: 0 is a, 1 is b; -1: none.
+  int organ_end = -1;
 };
 
 /// A condition of one organ's contact with a hand.
@@ -72,6 +72,7 @@ enum class ExerciseErrorKind {
   kBadCut,       ///< After a cut, a duct is not cut well (duct_judge.h).
   kBleeding,     ///< A bleeding that the teacher began has lasted for `limit` s.
   kPerforation,  ///< A lumen of an organ begins to leak.
+  kStretch,      ///< A duct is longer than `limit` times its length in the first step.
 };
 
 /// Something that a trainee must avoid. Each time is an error that costs `points`.

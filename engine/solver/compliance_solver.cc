@@ -12,6 +12,7 @@
 #include "engine/solver/elastic_supports.h"
 #include "engine/solver/row_responses.h"
 #include "engine/solver/symmetric_inverse.h"
+#include "engine/solver/unit_responses.h"
 
 namespace hpdm {
 namespace {
@@ -137,17 +138,11 @@ class FullComplianceSolver final : public ComplianceSolver {
   }
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
-    response.setZero();
-    const auto part = [&](std::size_t i) {
-      return b.weights[i] * inverse_.middleCols<3>(3 * b.control_points[i]);
-    };
-    // Four at a time: they add in the same order with fewer passes over the sum.
-    const std::size_t count = b.control_points.size();
-    std::size_t i = 0;
-    for (; i + 4 <= count; i += 4) {
-      response = response + part(i) + part(i + 1) + part(i + 2) + part(i + 3);
-    }
-    for (; i < count; ++i) response += part(i);
+    FillUnitResponses(inverse_, {&b, 1}, response);
+  }
+  void RespondToSet(std::span<const SparseRow> rows,
+                    Eigen::Ref<Eigen::MatrixXd> responses) const override {
+    FillUnitResponses(inverse_, rows, responses);
   }
 
   Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }

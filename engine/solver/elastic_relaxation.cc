@@ -217,6 +217,12 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
     }
   }
 
+  void RespondToSet(std::span<const SparseRow> rows,
+                    Eigen::Ref<Eigen::MatrixXd> responses) const override {
+    if (!iterates_) return at_rest_->RespondToSet(rows, responses);
+    LatticeCompliance::RespondToSet(rows, responses);
+  }
+
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override {
     if (!iterates_) {
       at_rest_->SolveLoads(loads);

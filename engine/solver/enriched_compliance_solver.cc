@@ -2,6 +2,8 @@
 
 #include <array>
 
+#include "engine/solver/unit_responses.h"
+
 namespace hpdm {
 
 EnrichedComplianceSolver::EnrichedComplianceSolver(const RefinementBasis& functions, int slots)
@@ -64,10 +66,29 @@ void EnrichedComplianceSolver::SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) c
   for (Eigen::Index c = 0; c < columns.cols(); ++c) SolveColumn(columns.col(c));
 }
 
-void EnrichedComplianceSolver::RespondTo(const SparseRow& b,
-                                         Eigen::Ref<Eigen::MatrixXd> response) const {
-  FillUnitLoads(b, response);
-  SolveLoads(response);
+void EnrichedComplianceSolver::RespondToSet(std::span<const SparseRow> rows,
+                                            Eigen::Ref<Eigen::MatrixXd> responses) const {
+  auto lattice = responses.topRows(unknowns_);
+  auto local = responses.bottomRows(responses.rows() - unknowns_);
+  FillUnitResponses(schur_complement_.functions().inverse(), rows, lattice);
+  local.setZero();
+  const auto n = static_cast<int>(unknowns_ / 3);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    auto loads = local.middleCols<3>(3 * static_cast<Eigen::Index>(i));
+    for (std::size_t k = 0; k < rows[i].control_points.size(); ++k) {
+      const int point = rows[i].control_points[k];
+      const double weight = rows[i].weights[k];
+      if (point < n) {
+        schur_complement_.ReducePoint(point, weight, loads);
+      } else {
+        loads.middleRows<3>(3 * (point - n)).diagonal().array() += weight;
+      }
+    }
+  }
+  for (Eigen::Index c = 0; c < responses.cols(); ++c) {
+    schur_complement_.Solve(local.col(c));
+    schur_complement_.AddCoupling(-1, local.col(c), lattice.col(c));
+  }
 }
 
 // Skips the zeros of the load: a contact's row has one entry for each non-zero function. Takes four

@@ -30,7 +30,11 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
                ContactSolver* contact_solver) override;
   void Deform(int body, const ContactSolver& contact_solver, Points* U) const override;
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const override;
-  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override;
+  void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    RespondToSet({&b, 1}, response);
+  }
+  void RespondToSet(std::span<const SparseRow> rows,
+                    Eigen::Ref<Eigen::MatrixXd> responses) const override;
   void AddLocalPart(const Eigen::Ref<const Eigen::VectorXd>& V,
                     Eigen::Ref<Eigen::VectorXd> U_bar) const override {
     schur_complement_.AddCoupling(1, V, U_bar);

@@ -139,11 +139,17 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   const LatticeCompliance* compliance() const override { return this; }
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
+    RespondToSet({&b, 1}, response);
+  }
+  void RespondToSet(std::span<const SparseRow> rows,
+                    Eigen::Ref<Eigen::MatrixXd> responses) const override {
     const Matrix3d& R = motion_.R_WF;
-    solver_->RespondTo(b, response);
-    for (Eigen::Index a = 0; a + 2 < response.rows(); a += 3) {
-      const Matrix3d turned = R * response.block<3, 3>(a, 0) * R.transpose();
-      response.block<3, 3>(a, 0) = turned;
+    solver_->RespondToSet(rows, responses);
+    for (Eigen::Index c = 0; c < responses.cols(); c += 3) {
+      for (Eigen::Index a = 0; a + 2 < responses.rows(); a += 3) {
+        const Matrix3d turned = R * responses.block<3, 3>(a, c) * R.transpose();
+        responses.block<3, 3>(a, c) = turned;
+      }
     }
   }
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> loads) const override {

@@ -153,6 +153,11 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
   for (int a = 0; a < sample.attachment_count; ++a) {
     ToMessage(logged::kAttachment, sample.attachments[a], &message->attachments[a]);
   }
+  message->duct_count = sample.duct_count;
+  message->ducts.resize(static_cast<std::size_t>(sample.duct_count));
+  for (int d = 0; d < sample.duct_count; ++d) {
+    ToMessage(logged::kDuct, sample.ducts[d], &message->ducts[d]);
+  }
   message->tool_count = sample.tool_count;
   message->tools.resize(sample.tool_count);
   for (int i = 0; i < sample.tool_count; ++i) {
@@ -171,7 +176,8 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
 bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* visible_tick) {
   if (!HasCount(message.tool_count, kMaxInstruments, message.tools) ||
       !HasCount(message.organ_count, kMaxOrgans, message.organs) ||
-      !HasCount(message.attachment_count, kMaxAttachments, message.attachments)) {
+      !HasCount(message.attachment_count, kMaxAttachments, message.attachments) ||
+      !HasCount(message.duct_count, kMaxDucts, message.ducts)) {
     return false;
   }
   *visible_tick = message.visible_tick;
@@ -186,6 +192,10 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
   for (int a = 0; a < message.attachment_count; ++a) {
     valid =
         valid && FromMessage(logged::kAttachment, message.attachments[a], &sample->attachments[a]);
+  }
+  sample->duct_count = message.duct_count;
+  for (int d = 0; d < message.duct_count; ++d) {
+    valid = valid && FromMessage(logged::kDuct, message.ducts[d], &sample->ducts[d]);
   }
   sample->tool_count = message.tool_count;
   for (int i = 0; i < message.tool_count; ++i) {
@@ -327,9 +337,9 @@ std::span<const int> ElementSizes(const force_t&) {
   return sizes;
 }
 std::span<const int> ElementSizes(const contact_t&) {
-  static const int sizes[] = {tool_contact_t()._getEncodedSizeNoHash(),
-                              organ_relaxation_t()._getEncodedSizeNoHash(),
-                              attachment_outcome_t()._getEncodedSizeNoHash()};
+  static const int sizes[] = {
+      tool_contact_t()._getEncodedSizeNoHash(), organ_relaxation_t()._getEncodedSizeNoHash(),
+      attachment_outcome_t()._getEncodedSizeNoHash(), duct_outcome_t()._getEncodedSizeNoHash()};
   return sizes;
 }
 std::span<const int> ElementSizes(const organ_t&) {

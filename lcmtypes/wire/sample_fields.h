@@ -50,7 +50,7 @@ inline constexpr FieldRange kInstrumentIndex{0, kMaxHeld - 1};
 inline constexpr FieldRange kKind{0, static_cast<double>(ContactKind::kGrasp)};
 inline constexpr FieldRange kReaction{0, static_cast<double>(ReactionType::kPaper)};
 inline constexpr FieldRange kActionKind{0, static_cast<double>(DuctActionKind::kCut)};
-inline constexpr FieldRange kDuct{-1, kMaxDucts - 1};
+inline constexpr FieldRange kDuctIndex{-1, kMaxDucts - 1};
 inline constexpr FieldRange kCount{0, std::numeric_limits<std::int32_t>::max()};
 
 // A haptic tick's input.
@@ -130,6 +130,12 @@ inline constexpr std::tuple kAttachment{
     Field({"attachments.cut_area"}, &attachment_outcome_t::cut_area, &AttachmentOutcome::cut_area),
     Field({"attachments.dissipated"}, &attachment_outcome_t::dissipated,
           &AttachmentOutcome::dissipated)};
+inline constexpr std::tuple kDuct{
+    Field({"ducts.load_W"}, &duct_outcome_t::load, &DuctOutcome::load_W),
+    Field({"ducts.tension"}, &duct_outcome_t::tension, &DuctOutcome::tension),
+    Field({"ducts.length"}, &duct_outcome_t::length, &DuctOutcome::length),
+    Field({.name = "ducts.clips", .range = kCount}, &duct_outcome_t::clips, &DuctOutcome::clips),
+    Field({.name = "ducts.cuts", .range = kCount}, &duct_outcome_t::cuts, &DuctOutcome::cuts)};
 // The tool's pose without X_WT, which is two fields of the message.
 inline constexpr std::tuple kPose{
     Field({"p_trocar_W"}, &tool_contact_t::p_trocar, &ToolPose::p_trocar_W),
@@ -144,7 +150,7 @@ inline constexpr std::tuple kLayerWork{
 inline constexpr std::tuple kDuctAction{
     Field({.name = "duct_action", .range = kActionKind}, &tool_contact_t::duct_action,
           &DuctAction::kind),
-    Field({.name = "duct", .range = kDuct}, &tool_contact_t::duct, &DuctAction::duct),
+    Field({.name = "duct", .range = kDuctIndex}, &tool_contact_t::duct, &DuctAction::duct),
     Field({"duct_arc"}, &tool_contact_t::duct_arc, &DuctAction::arc),
     Field({"duct_length"}, &tool_contact_t::duct_length, &DuctAction::length),
     Field({"duct_angle"}, &tool_contact_t::duct_angle, &DuctAction::angle),
@@ -215,6 +221,9 @@ void VisitStep(Visit&& visit, Sample& first, Samples&... others) {
   }
   for (int a = 0; a < first.attachment_count; ++a) {
     VisitValues(logged::kAttachment, -1, visit, first.attachments[a], others.attachments[a]...);
+  }
+  for (int d = 0; d < first.duct_count; ++d) {
+    VisitValues(logged::kDuct, -1, visit, first.ducts[d], others.ducts[d]...);
   }
   for (int t = 0; t < first.tool_count; ++t) {
     visit(t, FieldInfo{"X_WT"}, first.tools[t].X_WT, others.tools[t].X_WT...);

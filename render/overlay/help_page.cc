@@ -37,7 +37,7 @@ std::vector<StatusLine> HelpPage(const Status& status, const StatusNames& names)
       key("Home", "back to the first view"),
       {"Session", Tone::kGood},
       key("p", "pause; the exercise's time stands"),
-      key("i", "shows or hides the exercise's guidance"),
+      key("i", "shows or hides the guidance; dots: what is still to be freed"),
       key("o", "next overlay: text, forces, contacts, lattice, none"),
       key("s, r", "screenshot, record"),
       key("F1, Esc", "show or hide the keys, end the session"),

@@ -15,6 +15,8 @@ constexpr std::size_t kFibresOfStrip = 4;
 constexpr double kStripOverlap = 1.3;
 constexpr float kLeafOpacity = 0.55f;
 constexpr double kLeastStretch = 5e-4;  // m: shorter fibres are hidden between the surfaces
+constexpr double kDotRadius = 0.0005;   // m, of what is left to free
+constexpr float kDotOpacity = 0.8f, kDotHidden = 0.5f;
 // Damage at which a surface begins to look raw.
 constexpr float kRawFrom = 0.5f;
 // Vertices within so many sample widths of a sample's point belong to the bed.
@@ -126,6 +128,23 @@ void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const 
                        .colour = kLeafColour,
                        .opacity = kLeafOpacity * (1 - 0.5f * layer.damage[sample])});
   }
+}
+
+void AttachmentRenderer::DrawLeft(int attachment, const Colour& colour,
+                                  const SceneSnapshot& snapshot, const Laparoscope& scope) {
+  fibres_.clear();
+  for (const Layer& layer : layers_) {
+    if (layer.visual.bed->index != attachment) continue;
+    for (std::size_t i = 0; i < layer.damage.size(); ++i) {
+      if (layer.damage[i] >= 1) continue;
+      const Vector3d middle_W = (EndOf(layer, 0, i, snapshot) + EndOf(layer, 1, i, snapshot)) / 2;
+      const double px = kDotRadius * scope.MostPixelsPerMetre(middle_W, middle_W);
+      const auto radius = static_cast<float>(std::clamp(px, 1.5, 6.0));
+      const Eigen::Vector3f at_W = middle_W.cast<float>();
+      fibres_.push_back({at_W, radius, at_W, radius, colour, kDotOpacity});
+    }
+  }
+  mark_renderer_.Draw(fibres_, kDotHidden, Laparoscope::kFar);
 }
 
 void AttachmentRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope) {

@@ -34,6 +34,10 @@ class AttachmentRenderer {
 
   /// Draws the fibres into a picture that has just been drawn of `snapshot`.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope);
+  /// Draws a dot wherever the layer of the attachment with this index still holds, fainter where it is
+  /// hidden.
+  void DrawLeft(int attachment, const Colour& colour, const SceneSnapshot& snapshot,
+                const Laparoscope& scope);
 
  private:
   struct Layer {

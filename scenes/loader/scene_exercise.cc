@@ -187,13 +187,15 @@ constexpr ErrorKind kKinds[] = {
     {ExerciseErrorKind::kBadCut, "cut outside the clips", 0},
     {ExerciseErrorKind::kBleeding, "bleeding not stopped in time", 20},
     {ExerciseErrorKind::kPerforation, "perforation of an organ", 0},
+    {ExerciseErrorKind::kStretch, "duct overstretched", 1.5},
 };
 constexpr ExerciseErrorKind kWithOrgan[] = {
     ExerciseErrorKind::kForce, ExerciseErrorKind::kTear,      ExerciseErrorKind::kBurn,
     ExerciseErrorKind::kDrop,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kPerforation};
 constexpr ExerciseErrorKind kWithDuct[] = {
-    ExerciseErrorKind::kBadClip, ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kEarlyClip,
-    ExerciseErrorKind::kEarlyCut, ExerciseErrorKind::kBadCut};
+    ExerciseErrorKind::kBadClip,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kEarlyClip,
+    ExerciseErrorKind::kEarlyCut, ExerciseErrorKind::kBadCut,    ExerciseErrorKind::kStretch};
+constexpr double kMostStretch = 10;  // times a duct's first length
 constexpr double kDegree = std::numbers::pi / 180;
 
 bool IsOneOf(std::span<const ExerciseErrorKind> kinds, ExerciseErrorKind kind) {
@@ -265,7 +267,8 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
                     {"early_cut", ExerciseErrorKind::kEarlyCut},
                     {"cut_outside_clips", ExerciseErrorKind::kBadCut},
                     {"bleeding", ExerciseErrorKind::kBleeding},
-                    {"perforation", ExerciseErrorKind::kPerforation}},
+                    {"perforation", ExerciseErrorKind::kPerforation},
+                    {"stretch", ExerciseErrorKind::kStretch}},
                    &error.kind);
   const ErrorKind& kind = *std::ranges::find(kKinds, error.kind, &ErrorKind::kind);
   error.name = kind.name;
@@ -283,6 +286,9 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
     table.Fail("has neither duct nor organ",
                "name the ducts that may be clipped, or an organ that must not be");
   }
+  if (error.kind == ExerciseErrorKind::kStretch && scene.ducts.empty()) {
+    table.Fail("needs a duct that can be pulled", "give the scene a [[duct]]");
+  }
   if (error.kind == ExerciseErrorKind::kPerforation) RequireLumen(table, error.organ, scene);
   ReadNearness(table, &error);
   if (error.kind == ExerciseErrorKind::kEarlyClip || error.kind == ExerciseErrorKind::kEarlyCut) {
@@ -294,6 +300,9 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
     double angle = kClipAngle / kDegree;
     table.ReadNumber("limit", Interval::Positive(90, "deg"), &angle);
     error.limit = kDegree * angle;
+  } else if (error.kind == ExerciseErrorKind::kStretch) {
+    const Interval longer{.min = 1, .max = kMostStretch, .unit = "", .above_min = true};
+    table.ReadNumber("limit", longer, &error.limit);
   } else {
     if (kind.limit == 0) RefuseOther(table, "limit");
     table.ReadNumber("limit", Interval::Positive(1000, "N, m^2, s or m"), &error.limit);

@@ -518,6 +518,7 @@ void AddExercises(Scenes* s) {
   exercise("with a stray burn of an organ", step, "kind='stray_burn'\norgan='liver'\n");
   exercise("with a perforation of no lumen", step, "kind='perforation'\norgan='liver'\n");
   exercise("with a perforation of nothing", step, "kind='perforation'\n");
+  exercise("with a stretch of nothing", step, "kind='stretch'\n");
   exercise("with points below zero", step, "kind='force'\npoints=-5\n");
   exercise("that clips no duct", "clip='aorta'\n");
   exercise("that counts clips of nothing", step + "clips=3\n");

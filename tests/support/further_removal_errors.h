@@ -73,6 +73,17 @@ class FurtherActs {
     return ClipAndCut(RemovalSurgeon::kCysticDuct, {last - 0.0034, last, last - 0.0070},
                       last - 0.0052, 0.004);
   }
+  /// Pulls what the right hand holds off the bed until the artery has so many times its length.
+  bool PullArteryTo(double stretch) {
+    const auto reached = [&] {
+      const Rod& rod = surgeon_.RodOf(RemovalSurgeon::kCysticArtery);
+      double length = 0;
+      for (int i = 0; i + 1 < rod.nodes(); ++i) length += (rod.node(i + 1) - rod.node(i)).norm();
+      return length >= stretch * rod.rest_length();
+    };
+    surgeon_.Creep(RemovalSurgeon::kRight, surgeon_.away_W(), 0.0005, 0.05, reached);
+    return reached();
+  }
   /// The place on the hepatic artery that faces the port and is nearest to the cystic artery's
   /// origin, with no duct within the reach of the applier's jaws and its tip off the bile duct.
   Place OnHepaticArtery() const {
@@ -264,6 +275,17 @@ inline std::vector<RemovalError> FurtherRemovalErrors() {
                       s->Step(15);
                       return true;
                     }});
+  // A grasper takes the artery in the middle and pulls it to 1.3 times its length, then on to 1.7.
+  errors.push_back({"the artery pulled to 1.3 and 1.7 times its length",
+                    "the artery was pulled too far",
+                    [](S* s) {
+                      s->Change(S::kGrasper);
+                      s->Hold(S::kCysticArtery, s->RodOf(S::kCysticArtery).rest_length() / 2);
+                      return FurtherActs(s).PullArteryTo(1.3);
+                    },
+                    [](S* s) { return FurtherActs(s).PullArteryTo(1.7); },
+                    RemovalError::kAfter,
+                    {"more than 4 N on tissue", "a layer was torn"}});
   return errors;
 }
 

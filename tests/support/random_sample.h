@@ -27,12 +27,13 @@ class Random {
     VisitOutput(fill, sample);
     return sample;
   }
-  /// Returns a step with random values in all its logged fields, with two attachments where it has
-  /// organs.
+  /// Returns a step with random values in all its logged fields, with two attachments and three
+  /// ducts where it has organs.
   StepSample Step(int organ_count, int tool_count) {
     StepSample sample;
     sample.organ_count = organ_count;
     sample.attachment_count = organ_count > 0 ? 2 : 0;
+    sample.duct_count = organ_count > 0 ? 3 : 0;
     sample.tool_count = tool_count;
     VisitStep([this](int, const FieldInfo& field, auto& value) { Fill(field, value); }, sample);
     return sample;
@@ -85,6 +86,7 @@ inline void ExpectSame(const HapticSample& a, const HapticSample& b) {
 inline void ExpectSame(const StepSample& a, const StepSample& b) {
   ASSERT_EQ(a.organ_count, b.organ_count);
   ASSERT_EQ(a.attachment_count, b.attachment_count);
+  ASSERT_EQ(a.duct_count, b.duct_count);
   ASSERT_EQ(a.tool_count, b.tool_count);
   VisitStep(ExpectSameField(), a, b);
 }

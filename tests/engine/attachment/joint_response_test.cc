@@ -271,9 +271,10 @@ TEST(JointResponse, JawsOnAnOrganThatOnlyItsLayerHoldsHaveTheComplianceOfBothSti
       weights[ToSize(i)].push_back(rows(i, a));
       for (int d = 0; d < 3; ++d) loads(K.rows() - 3 * n + 3 * a + d, 3 * i + d) = rows(i, a);
     }
-    attached.RespondInPart(i, {columns[ToSize(i)], weights[ToSize(i)]},
-                           responses.middleCols<3>(3 * i));
   }
+  std::array<SparseRow, 4> set;
+  for (std::size_t i = 0; i < 4; ++i) set[i] = {columns[i], weights[i]};
+  attached.RespondInPart(set, responses);
   const auto of_rows = [&](const Eigen::MatrixXd& of_points) {
     Eigen::MatrixXd C(12, 12);
     for (int i = 0; i < 4; ++i) {

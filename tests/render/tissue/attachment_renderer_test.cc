@@ -58,7 +58,7 @@ class LiftedBlock : public testing::Test {
 
   void SetDamage(float damage) { scene_.damage[0].assign(scene_.damage[0].size(), damage); }
 
-  Image Picture(bool with_layer) {
+  Image Picture(bool with_layer, const FreeingGuide& guide = {}) {
     LaparoscopeOptions options;
     options.p_scope_W = Vector3d(0, -0.12, 0.05);
     options.p_target_W = Vector3d(0, -0.01, 0.005);
@@ -71,7 +71,7 @@ class LiftedBlock : public testing::Test {
                                   : std::vector<AttachmentVisual>{});
     PictureTarget target(kWidth, kHeight, 4);
     target.Bind();
-    view.Draw(scene_, scope);
+    view.Draw(scene_, scope, kOverlayNone, guide);
     target.Resolve(scope);
     Image image;
     target.Read(&image);
@@ -104,6 +104,30 @@ TEST_F(LiftedBlock, HangsOnFibresWhileTheLayerHolds) {
   const Difference whole = Between(Picture(false), Picture(true));
   EXPECT_GT(whole.brighter, 200);
   EXPECT_LT(whole.darker, whole.brighter / 10);
+}
+
+TEST_F(LiftedBlock, HasDotsOfTheGuideWhereItsLayerStillHolds) {
+  const Colour blue(0, 0, 1);  // raw tissue is red
+  const auto blue_pixels = [](const Image& image) {
+    int count = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) {
+        count += image.At(x, y)[2] > 150 && image.At(x, y)[1] < 80 && image.At(x, y)[0] < 80;
+      }
+    }
+    return count;
+  };
+  EXPECT_EQ(blue_pixels(Picture(true)), 0);
+  const int whole = blue_pixels(Picture(true, {0, blue}));
+  EXPECT_GT(whole, 50);
+  EXPECT_EQ(blue_pixels(Picture(true, {1, blue})), 0) << "another attachment";
+  auto& damage = scene_.damage[0];
+  std::fill(damage.begin(), damage.begin() + static_cast<std::ptrdiff_t>(damage.size() / 2), 1.0f);
+  const int half = blue_pixels(Picture(true, {0, blue}));
+  EXPECT_GT(half, 0.3 * whole);
+  EXPECT_LT(half, 0.7 * whole);
+  SetDamage(1);
+  EXPECT_EQ(blue_pixels(Picture(true, {0, blue})), 0);
 }
 
 TEST_F(LiftedBlock, LeavesARawSurfaceAndNoFibreWhereTheLayerIsTorn) {

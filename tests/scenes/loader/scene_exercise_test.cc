@@ -184,6 +184,10 @@ duct = 'first'
 kind = 'dropped_clip'
 [[exercise.error]]
 kind = 'cut_outside_clips'
+[[exercise.error]]
+kind = 'stretch'
+duct = 'third'
+limit = 1.2
 )");
   const ExerciseOptions& exercise = scene.exercise.value();
   ASSERT_EQ(exercise.ducts.size(), 3u);
@@ -208,6 +212,8 @@ kind = 'cut_outside_clips'
   EXPECT_EQ(errors[4].kind, ExerciseErrorKind::kEarlyClip);
   EXPECT_EQ(errors[5].kind, ExerciseErrorKind::kLostClip);
   EXPECT_EQ(errors[6].kind, ExerciseErrorKind::kBadCut);
+  EXPECT_EQ(errors[7].kind, ExerciseErrorKind::kStretch);
+  EXPECT_EQ(errors[7].limit, 1.2);
 }
 
 TEST_F(SceneTest, AStepNamesAnAttachment) {

@@ -93,7 +93,8 @@ GoalsDomain Efficiency(const SessionReport& report) {
 bool Harms(ExerciseErrorKind kind) {
   return kind == ExerciseErrorKind::kForce || kind == ExerciseErrorKind::kTear ||
          kind == ExerciseErrorKind::kBurn || kind == ExerciseErrorKind::kDrop ||
-         kind == ExerciseErrorKind::kInverted || kind == ExerciseErrorKind::kPerforation;
+         kind == ExerciseErrorKind::kInverted || kind == ExerciseErrorKind::kPerforation ||
+         kind == ExerciseErrorKind::kStretch;
 }
 
 GoalsDomain TissueHandling(const SessionReport& report) {

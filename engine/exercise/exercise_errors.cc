@@ -1,0 +1,227 @@
+// The errors that a step shows: the part of ExerciseEvaluator that judges each rule but those of clips
+// and cuts.
+
+#include <algorithm>
+
+#include "engine/exercise/exercise_evaluator.h"
+#include "engine/exercise/step_queries.h"
+
+namespace hpdm {
+namespace {
+
+// Returns the hand whose tip exerts most, or -1.
+int MostPulling(const StepSample& sample) {
+  int hand = -1;
+  double most = 0;
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const SolvedContact& contact = sample.contacts[ToSize(t)];
+    const double force = contact.force_on_tissue_W.norm();
+    if (contact.organ < 0 || force < most) continue;
+    most = force;
+    hand = t;
+  }
+  return hand;
+}
+
+}  // namespace
+
+void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
+  for (std::size_t rule = 0; rule < options_.errors.size(); ++rule) {
+    switch (options_.errors[rule].kind) {
+      case ExerciseErrorKind::kForce:
+        FindForce(sample, rule);
+        break;
+      case ExerciseErrorKind::kTear:
+        FindTears(sample, rule);
+        break;
+      case ExerciseErrorKind::kBurn:
+      case ExerciseErrorKind::kStrayBurn:
+      case ExerciseErrorKind::kNearBurn:
+        FindBurns(sample, rule, dt);
+        break;
+      case ExerciseErrorKind::kDrop:
+        FindDrops(sample, rule);
+        break;
+      case ExerciseErrorKind::kInverted:
+        FindInversion(sample, rule);
+        break;
+      case ExerciseErrorKind::kBadClip:
+      case ExerciseErrorKind::kWrongClip:
+      case ExerciseErrorKind::kLostClip:
+      case ExerciseErrorKind::kEarlyClip:
+      case ExerciseErrorKind::kEarlyCut:
+      case ExerciseErrorKind::kBadCut:
+        break;  // JudgeAction()
+      case ExerciseErrorKind::kBleeding:
+        FindBleedings(rule);
+        break;
+      case ExerciseErrorKind::kStretch:
+        FindStretches(sample, rule);
+        break;
+      case ExerciseErrorKind::kPerforation:
+        FindPerforations(sample, rule);
+        break;
+    }
+  }
+}
+
+void ExerciseEvaluator::FindForce(const StepSample& sample, std::size_t rule) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  for (int t = 0; t < sample.tool_count; ++t) {
+    Watch& watch = watches_[rule][static_cast<std::size_t>(t)];
+    double largest = 0;
+    SolvedContact at;
+    VisitContacts(sample, t, [&](const SolvedContact& contact) {
+      const double force = contact.force_on_tissue_W.norm();
+      if ((error.organ >= 0 && contact.organ != error.organ) || force <= largest) return;
+      largest = force;
+      at = contact;
+    });
+    if (watch.active) {
+      if (largest < kForceBelow * error.limit) watch.active = false;
+      ExerciseError& counted = result_.errors[watch.error];
+      if (largest <= counted.force) continue;
+      counted.force = largest;
+      counted.place_W = at.contact_W;
+    } else if (largest > error.limit && AddError(rule, t, at.organ, at.contact_W, largest)) {
+      watch.active = true;
+      watch.error = result_.errors.size() - 1;
+    }
+  }
+}
+
+// A tear belongs to the hand that pulls most.
+void ExerciseEvaluator::FindTears(const StepSample& sample, std::size_t rule) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  const double torn = TornArea(sample, error.attachment);
+  if (torn - torn_[rule] < error.limit) return;
+  torn_[rule] = torn;
+  const int hand = MostPulling(sample);
+  const SolvedContact most = hand < 0 ? SolvedContact() : sample.contacts[ToSize(hand)];
+  AddError(rule, hand, most.organ, most.contact_W, most.force_on_tissue_W.norm());
+}
+
+// A stretch belongs to the hand that pulls most.
+void ExerciseEvaluator::FindStretches(const StepSample& sample, std::size_t rule) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  for (std::size_t d = 0; d < ToSize(sample.duct_count); ++d) {
+    if (!error.ducts.empty() && !Contains(error.ducts, static_cast<int>(d))) continue;
+    const double stretch = sample.ducts[d].length / first_lengths_[d];
+    bool& active = stretched_[rule][d];
+    if (active) {
+      active = stretch >= kStretchBelow * error.limit;
+      continue;
+    }
+    if (!(stretch > error.limit)) continue;
+    const int hand = MostPulling(sample);
+    const SolvedContact most = hand < 0 ? SolvedContact() : sample.contacts[ToSize(hand)];
+    active = AddError(rule, hand, most.organ, most.contact_W, sample.ducts[d].tension,
+                      static_cast<int>(d));
+  }
+}
+
+void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, double dt) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const auto h = static_cast<std::size_t>(t);
+    Watch& watch = watches_[rule][h];
+    const bool near = error.kind == ExerciseErrorKind::kNearBurn;
+    const Vector3d tip_W = sample.tools[h].X_WT.translation();
+    int touched = -1;
+    double force = 0;
+    bool touches_any = false;
+    VisitContacts(sample, t, [&](const SolvedContact& contact) {
+      if (!Touches(contact)) return;
+      touches_any = true;
+      if (error.organ >= 0 && contact.organ != error.organ) return;
+      touched = contact.organ;
+      force = std::max(force, contact.force_on_tissue_W.norm());
+    });
+    bool in_place = false;
+    if (near) {
+      in_place = DistanceTo(error.path_W, tip_W) <= error.within;
+    } else {
+      in_place = sample.layer_work[h].burning == 0 &&
+                 (error.kind == ExerciseErrorKind::kBurn ? touched >= 0 : !touches_any);
+    }
+    if (!IsHook(sample, t) || !sample.tools[h].pedal || !in_place) {
+      watch = {};
+      continue;
+    }
+    watch.since += dt;
+    if (watch.active || watch.since < error.limit) continue;
+    watch.active = true;
+    AddError(rule, t, touched, tip_W, force);
+  }
+}
+
+void ExerciseEvaluator::FindDrops(const StepSample& sample, std::size_t rule) {
+  const ExerciseErrorOptions& error = options_.errors[rule];
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const auto h = static_cast<std::size_t>(t);
+    const SolvedContact& before = last_contacts_[h];
+    if (before.kind != ContactKind::kGrasp || before.organ < 0) continue;
+    if (error.organ >= 0 && before.organ != error.organ) continue;
+    const bool is_held = std::ranges::any_of(sample.contacts, [&](const SolvedContact& contact) {
+      return contact.kind == ContactKind::kGrasp && contact.organ == before.organ;
+    });
+    if (is_held) continue;
+    const bool in_place = error.path_W.empty()
+                              ? LiftOf(before) <= error.limit
+                              : DistanceTo(error.path_W, before.contact_W) <= error.within;
+    if (in_place) continue;
+    AddError(rule, t, before.organ, before.contact_W, before.force_on_tissue_W.norm());
+  }
+}
+
+void ExerciseEvaluator::FindInversion(const StepSample& sample, std::size_t rule) {
+  Watch& watch = watches_[rule][0];
+  if ((sample.step.flags & kStepInverted) == 0) {
+    if (result_.time - watch.last >= kSoundAgain) watch.active = false;
+    return;
+  }
+  watch.last = result_.time;
+  if (watch.active) return;
+  watch.active = AddError(rule, -1, -1, Vector3d::Zero(), 0);
+}
+
+void ExerciseEvaluator::FindBleedings(std::size_t rule) {
+  for (std::size_t b = 0; b < result_.bleedings.size(); ++b) {
+    const ExerciseBleeding& bleeding = result_.bleedings[b];
+    if (bleedings_counted_[rule][b] ||
+        bleeding.end - bleeding.begin < options_.errors[rule].limit) {
+      continue;
+    }
+    bleedings_counted_[rule][b] = AddError(rule, -1, -1, Vector3d::Zero(), 0);
+  }
+}
+
+// A perforation belongs to the energised hook on the organ, or else to another tip on it, in this step
+// or in the last: the wall is judged by the contacts of the last step.
+void ExerciseEvaluator::FindPerforations(const StepSample& sample, std::size_t rule) {
+  const int organ = options_.errors[rule].organ;
+  std::size_t& judged = perforations_judged_[rule];
+  for (; judged < perforations_.size(); ++judged) {
+    const Perforation& perforation = perforations_[judged];
+    if (perforation.time_ns >= sample.step.time_ns) break;
+    if (organ >= 0 && perforation.organ != organ) continue;
+    int hand = -1;
+    bool burns = false;
+    SolvedContact at;
+    for (int t = 0; t < sample.tool_count; ++t) {
+      const auto h = static_cast<std::size_t>(t);
+      const bool hot = IsHook(sample, t) && sample.tools[h].pedal;
+      for (const SolvedContact& contact : {sample.contacts[h], last_contacts_[h]}) {
+        const bool presses =
+            contact.organ == perforation.organ && contact.kind == ContactKind::kPress;
+        if (!presses || (hand >= 0 && (burns || !hot))) continue;
+        hand = t;
+        burns = hot;
+        at = contact;
+      }
+    }
+    AddError(rule, hand, perforation.organ, at.contact_W, at.force_on_tissue_W.norm());
+  }
+}
+
+}  // namespace hpdm
