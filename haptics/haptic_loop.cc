@@ -222,6 +222,9 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
 }
 
 void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
+  std::array<TipContacts*, kMaxInstruments> contacts;
+  for (std::size_t t = 0; t < tools_.size(); ++t) contacts[t] = &tools_[t].contacts;
+  TipContacts::StandOnMoved(std::span(contacts).first(tools_.size()));
   for (Tool& tool : tools_) {
     tool.contacts.Locate({.time_ns = scheduled,
                           .X_WT = tool.pose.X_WT,
@@ -232,8 +235,6 @@ void HapticLoop::EvaluateContacts(Nanoseconds scheduled) {
                           .from_trocar = tool.sample.joints[kInsertion],
                           .tip_part = tool.Geometry().JawsLength()});
   }
-  std::array<TipContacts*, kMaxInstruments> contacts;
-  for (std::size_t t = 0; t < tools_.size(); ++t) contacts[t] = &tools_[t].contacts;
   TipContacts::Solve(std::span(contacts).first(tools_.size()));
 }
 

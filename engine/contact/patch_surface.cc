@@ -135,6 +135,15 @@ bool PatchSurface::FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot
   return foot->gap <= reach;
 }
 
+bool PatchSurface::IsOutside(const Vector3d& c_W, double distance) const noexcept {
+  const Closest closest = FindClosest(c_W);
+  if (closest.triangle < 0 || IsOnBorder(triangles_[closest.triangle], closest.weights)) {
+    return false;
+  }
+  return closest.distance > distance + largest_offset_ &&
+         closest.offset_W.dot(NormalAt(closest.triangle, closest.weights)) > 0;
+}
+
 bool PatchSurface::FindBeside(const Vector3d& c_W, double reach,
                               std::span<const Vector3d> normals_W,
                               SurfaceFoot* foot) const noexcept {

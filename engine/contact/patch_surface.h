@@ -80,6 +80,9 @@ class PatchSurface {
 
   /// Finds the foot of c_W (m) if its gap is at most `reach` (m). False if there is none.
   bool FindFoot(const Vector3d& c_W, double reach, SurfaceFoot* foot) const noexcept;
+  /// True if the surface has a nearest point to c_W off its border, and c_W lies outside and farther than
+  /// `distance` (m) from it.
+  bool IsOutside(const Vector3d& c_W, double distance) const noexcept;
 
   /// Finds a foot of c_W within `reach` (m) beside other contacts of the same tip, whose normals are
   /// given: c_W lies outside, the distance to c_W grows on all sides of the foot, and the foot's

@@ -111,7 +111,8 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
     result_.organ = organ_;
     result_.kind = ContactKind::kPress;
     result_.normal_W = tip_.normal_W;
-    result_.depth = std::max(tip_.depth, 0.0);
+    const double others = tip_.normal_W.dot(moved_W_ - pushed_W_);
+    result_.depth = std::max(tip_.depth + others, 0.0);
   }
   result_.slip = tip_.holds ? slip_length_ : 0;
   // Eq. 29 with delta = p_current - p_original, the latter displaced by the other tip's force. With

@@ -150,6 +150,10 @@ class HapticContact {
   /// Call before Locate: of the tool's `tips`, those that press the same organ keep this one to other
   /// places, and move its tissue.
   void StandBeside(std::span<const HapticContact> tips) noexcept;
+  /// Call before Locate: where other tools move the organ by their forces of the last tick, a contact
+  /// begins on the moved surface.
+  void StandOnMoved(std::span<const HapticContact> of_other_tool) noexcept;
+  void ForgetOtherTools() noexcept { by_tools_W_.setZero(); }
   /// Finds the contact.
   void Locate(TipPose tip) noexcept;
   /// True if, at the last Locate, the contact began beside another one of its tip, which may have had
@@ -213,7 +217,8 @@ class HapticContact {
   bool FindContact(const TipPose& tip);
   bool FindBeside(const TipPose& tip);
   Matrix3d ConstantCouplingTo(PlaceId place) const;
-  bool FindFarContact(const TipPose& tip, bool moved_far);
+  bool FindFarContact(const Vector3d& p_last_W, const Vector3d& p_tip_W, double radius,
+                      bool moved_far);
   bool FindOnShaft(TipPose* tip);
   bool FindNearest(const Vector3d& start_W, const Vector3d& end_W, SegmentFoot* near);
   bool FindInside(const TipPose& tip);
@@ -263,6 +268,7 @@ class HapticContact {
   Vector3d HeldPoint(const Isometry3d& X_WT) const;
   bool Slide(const TipPose& tip);
   Vector3d TangentialOffset(const TipPose& tip) const;
+  bool HasLeftSideways(const TipPose& tip) const;
   void EvaluateAtFoot(const TipPose& tip);
   WallStiffness WallAtFoot() const;
   Vector3d Lean() const;
@@ -305,6 +311,7 @@ class HapticContact {
   std::size_t other_count_ = 0;
   bool others_on_far_ = false;
   Vector3d by_others_W_ = Vector3d::Zero();  // displacement at the patch's place, m
+  Vector3d by_tools_W_ = Vector3d::Zero();   // the same by other tools
   bool began_beside_ = false;
 
   // State of a shaft between ticks.

@@ -30,6 +30,10 @@ constexpr double kDeepest = 0.12;
 // Largest cosine between a shaft's axis and the normal of a contact that lasts.
 constexpr double kMaxEndOnLast = 0.95;
 
+// m. A contact that lags this far behind its tip cannot slide there. It has ended if the tip is off the
+// released surface.
+constexpr double kStuck = 0.004;
+
 // m. A contact that must slide this far beyond the mesh's triangles of the patch leaves them.
 constexpr double kBeyondPatch = 0.001;
 
@@ -72,24 +76,27 @@ void HapticContact::LocatePress(TipPose* given) {
 }
 
 bool HapticContact::FindContact(const TipPose& tip) {
-  const Vector3d& p_tip_W = tip.X_WT.translation();
-  const bool moved_far = started_ && (p_tip_W - p_tip_last_W_).norm() > kFarInATick;
+  const Vector3d p_tip_W = tip.X_WT.translation() - by_tools_W_;
+  const Vector3d p_last_W = p_tip_last_W_ - by_tools_W_;
+  const bool moved_far = started_ && (p_tip_W - p_last_W).norm() > kFarInATick;
   on_far_ = false;
   if (other_count_ > 0) return FindBeside(tip);
-  if (moved_far && mesh_surface().FindEntry(p_tip_last_W_, p_tip_W, &foot_)) return true;
-  if (mesh_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius)
-    return true;
-  return !far_surface().empty() && FindFarContact(tip, moved_far);
+  const bool found =
+      (moved_far && mesh_surface().FindEntry(p_last_W, p_tip_W, &foot_)) ||
+      (mesh_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius) ||
+      (!far_surface().empty() && FindFarContact(p_last_W, p_tip_W, tip.tip_radius, moved_far));
+  if (found) moved_W_ = by_tools_W_;
+  return found;
 }
 
 // The search sees the surface where the tip's other contacts have moved it.
 bool HapticContact::FindBeside(const TipPose& tip) {
   const std::span others_W(others_W_.data(), other_count_);
-  began_beside_ =
-      !others_on_far_ && mesh_surface().FindBeside(tip.X_WT.translation() - by_others_W_,
-                                                   tip.tip_radius, others_W, &foot_);
+  began_beside_ = !others_on_far_ &&
+                  mesh_surface().FindBeside(tip.X_WT.translation() - by_others_W_ - by_tools_W_,
+                                            tip.tip_radius, others_W, &foot_);
   if (!began_beside_) return false;
-  moved_W_ = by_others_W_;
+  moved_W_ = by_others_W_ + by_tools_W_;
   jumps_ = true;
   return true;
 }
@@ -106,6 +113,16 @@ void HapticContact::StandBeside(std::span<const HapticContact> tips) noexcept {
   }
 }
 
+void HapticContact::StandOnMoved(std::span<const HapticContact> of_other_tool) noexcept {
+  if (touching_ || organ_ < 0) return;
+  for (const HapticContact& other : of_other_tool) {
+    if (other.organ_ != organ_ || other.found_W_.isZero(0)) continue;
+    by_tools_W_ += (patch_->other == other.patch_->id ? patch_->coupling_W
+                                                      : ConstantCouplingTo(other.patch_->id)) *
+                   other.found_W_;
+  }
+}
+
 bool HapticContact::IsOneWith(const HapticContact& other) const noexcept {
   constexpr double kOneCosine = 0.94;
   return touching_ && other.touching_ && organ_ == other.organ_ &&
@@ -119,10 +136,10 @@ void HapticContact::GiveUp() noexcept {
 }
 
 // The coarse surface counts only where the patch has no triangles of the mesh.
-bool HapticContact::FindFarContact(const TipPose& tip, bool moved_far) {
-  const Vector3d& p_tip_W = tip.X_WT.translation();
-  on_far_ = (moved_far && far_surface().FindEntry(p_tip_last_W_, p_tip_W, &foot_)) ||
-            (far_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius);
+bool HapticContact::FindFarContact(const Vector3d& p_last_W, const Vector3d& p_tip_W, double radius,
+                                   bool moved_far) {
+  on_far_ = (moved_far && far_surface().FindEntry(p_last_W, p_tip_W, &foot_)) ||
+            (far_surface().FindFoot(p_tip_W, radius, &foot_) && foot_.gap < radius);
   on_far_ = on_far_ && !mesh_surface().Covers(far_surface().Position(foot_));
   return on_far_;
 }
@@ -238,7 +255,16 @@ bool HapticContact::Slide(const TipPose& tip) {
              mesh_surface().IsOnBorder(foot_)) {
     LeavePatch(tip);
   }
-  return TangentialOffset(tip).squaredNorm() < kLost * kLost && tip_.depth < kDeepest;
+  return !HasLeftSideways(tip) && tip_.depth < kDeepest;
+}
+
+// True if the tip has left the contact behind, as when a press that is deeper than an edge is round has
+// slid off it.
+bool HapticContact::HasLeftSideways(const TipPose& tip) const {
+  const double lag2 = TangentialOffset(tip).squaredNorm();
+  if (lag2 >= kLost * kLost) return true;
+  if (part_ == Part::kShaft || on_far_ || lag2 < kStuck * kStuck) return false;
+  return mesh_surface().IsOutside(tip.X_WT.translation() - moved_W_, tip.tip_radius);
 }
 
 // Moves a contact at the border to the coarse surface, if there is one.

@@ -130,7 +130,8 @@ bool HapticContact::FindInside(const TipPose& tip) {
   on_far_ = false;
   return (mesh_surface().FindFoot(tip.X_WT.translation(), tip.tip_radius, &foot_) &&
           foot_.gap < tip.tip_radius) ||
-         (!far_surface().empty() && FindFarContact(tip, false));
+         (!far_surface().empty() &&
+          FindFarContact(p_tip_last_W_, tip.X_WT.translation(), tip.tip_radius, false));
 }
 
 // Moves the contact along the axis, on the shaft and on the surface, towards where the surface is

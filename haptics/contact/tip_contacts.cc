@@ -57,6 +57,17 @@ void TipContacts::ClearPatches() noexcept {
   for (HapticContact& place : places_) place.ClearPatch();
 }
 
+void TipContacts::StandOnMoved(std::span<TipContacts* const> tools) noexcept {
+  for (TipContacts* const tool : tools) {
+    for (HapticContact& place : tool->Tips()) {
+      place.ForgetOtherTools();
+      for (const TipContacts* const other : tools) {
+        if (other != tool) place.StandOnMoved(other->places_);
+      }
+    }
+  }
+}
+
 void TipContacts::Locate(const TipPose& tip) noexcept {
   TipPose shaft = tip;
   for (int p = 0; p < kMaxPlaces; ++p) {

@@ -28,6 +28,8 @@ class TipContacts {
   /// Finds the contacts. The shaft's part ends above what the tip pressed in the last tick.
   void Locate(const TipPose& tip) noexcept;
 
+  /// Call before Locate of all tools of a session: a contact begins where the others have moved its organ.
+  static void StandOnMoved(std::span<TipContacts* const> tools) noexcept;
   /// Computes the forces of all tools of a session, which are located; at most kMaxInstruments.
   static void Solve(std::span<TipContacts* const> tools) noexcept;
   /// The same for one tool.

@@ -187,7 +187,7 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
     return {"in " + names.layers[layer], Tone::kGood};
   }
   if (health.organ < 0) return {"free", Tone::kDim};
-  return {Format("%.1f mm ", 1e3 * health.depth) + OrganName(names, health.organ),
+  return {Format("%.1f mm into ", 1e3 * health.depth) + OrganName(names, health.organ),
           health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
 }
 

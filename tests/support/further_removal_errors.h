@@ -285,7 +285,7 @@ inline std::vector<RemovalError> FurtherRemovalErrors() {
                     },
                     [](S* s) { return FurtherActs(s).PullArteryTo(1.7); },
                     RemovalError::kAfter,
-                    {"more than 4 N on tissue", "a layer was torn"}});
+                    {"more than 4 N on tissue", "a layer was torn", "tissue overstretched"}});
   return errors;
 }
 

@@ -49,10 +49,9 @@ class FeltBench {
   void Tick(const ToolPose& a, const ToolPose& c = Away()) { Tick(std::array{a, c}); }
   void Tick(std::span<const ToolPose> poses) {
     std::vector<TipContacts*> all;
-    for (std::size_t t = 0; t < poses.size(); ++t) {
-      contacts_[t].Locate(Motion(poses[t]));
-      all.push_back(&contacts_[t]);
-    }
+    for (std::size_t t = 0; t < poses.size(); ++t) all.push_back(&contacts_[t]);
+    TipContacts::StandOnMoved(all);
+    for (std::size_t t = 0; t < poses.size(); ++t) contacts_[t].Locate(Motion(poses[t]));
     TipContacts::Solve(all);
   }
   // The same for other contacts of one tool.

@@ -309,6 +309,41 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
   EXPECT_LT(largest, 0.03 * largest_force);
 }
 
+// Jaws lift the free end of a bar by 12 mm. A second tip that comes from above meets the bar there, not where
+// it would lie without the jaws.
+TEST(FeltForceBesideAGrasp, BeginsWhereTheOtherToolHasMovedTheTissue) {
+  ToolOptions grasper;
+  grasper.geometries[0].can_grasp = true;
+  OrganOptions options = SoftOrgan("bar", 4);
+  options.supports[0].region = BoxFraction{Vector3d(0.8, 0, 0), Vector3d(1, 1, 1)};
+  FeltBench bench(options, Ellipsoid(Vector3d(0.05, 0.012, 0.012), 3), grasper);
+  constexpr double kGrasped = -0.03, kPressed = -0.012;  // m
+  const Vector3d top = bench.Top(kGrasped, 0) + Vector3d(0, 0, kDefaultToolRadius);
+  const auto jaws = [&](double lift) { return FeltBench::At(top + Vector3d(0, 0, lift), 0); };
+  bench.Step(FeltBench::At(top, 1), FeltBench::Away());
+  for (double lift = 0; lift < 0.0121; lift += 0.003) {
+    bench.Step(jaws(lift), FeltBench::Away());
+    bench.Settle(jaws(lift), FeltBench::Away());
+  }
+  double first = 0, z = 0.04;
+  for (int tick = 0; first == 0 && z > 0; ++tick) {
+    const ToolPose probe = FeltBench::At({kPressed, 0, z});
+    if (tick % 33 == 0) bench.Step(jaws(0.012), probe);
+    z -= 5e-5;
+    bench.Tick(jaws(0.012), FeltBench::At({kPressed, 0, z}));
+    if (bench.Hand(1).norm() > 1e-3) first = z;
+  }
+  const OrganState& organ = bench.loop().organ(0);
+  const Triangles& triangles = bench.model().rest().triangles;
+  const SurfaceTree tree(organ.vertices, triangles);
+  const SurfaceHit hit = tree.FirstEntry(Vector3d(kPressed, 0, 1), Vector3d(kPressed, 0, -1));
+  const double lifted = hit.at.Position(organ.vertices, triangles).z();
+  std::printf("first force %.1f mm over the tissue, which is lifted by %.1f mm\n",
+              1e3 * (first - lifted), 1e3 * (lifted - bench.Top(kPressed, 0).z()));
+  EXPECT_GT(lifted, bench.Top(kPressed, 0).z() + 0.004) << "the jaws lift it";
+  EXPECT_NEAR(first - lifted, kDefaultToolRadius, 0.0015);
+}
+
 // The work of the felt force over a slow press is the energy that the lattice stores.
 TEST(FeltForceOfTheLiver, DoesTheWorkThatTheLatticeStores) {
   const OrganOptions options = SoftOrgan("liver_1332.obj", 4);

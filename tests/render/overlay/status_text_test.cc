@@ -61,7 +61,7 @@ TEST(StatusText, ShowsForceDepthOrganAndTheLoopsHealth) {
   EXPECT_TRUE(Says(text.loops, "ticks missed: 0"));
   EXPECT_FALSE(Says(text.loops, "lost"));
   EXPECT_TRUE(Says(text.tools[0], "left grasper"));
-  EXPECT_TRUE(Says(text.tools[0], "12.3 mm liver"));
+  EXPECT_TRUE(Says(text.tools[0], "12.3 mm into liver"));
   EXPECT_TRUE(Says(text.tools[0], "0.50 N"));
   EXPECT_TRUE(Says(text.tools[0], "peak 2.50 N"));
   EXPECT_TRUE(Says(text.tools[1], "free"));
@@ -93,7 +93,7 @@ TEST(StatusText, APressBeyondALimitRaisesAnAlarmAlsoWithoutTheTextOverlay) {
   Scenery scenery;
   EXPECT_TRUE(scenery.Text().alarms.empty());
   scenery.health.tools[0].depth = 0.061;
-  EXPECT_EQ(ToneOf(scenery.Text().tools[0], "61.0 mm liver"), Tone::kAlarm);
+  EXPECT_EQ(ToneOf(scenery.Text().tools[0], "61.0 mm into liver"), Tone::kAlarm);
   scenery.view.overlays = kOverlayNone;
   EXPECT_EQ(ToneOf(scenery.Text().alarms, "left grasper: 61 mm deep, limit 20 mm"), Tone::kAlarm);
   EXPECT_FALSE(Says(scenery.Text().alarms, "N, limit"));

@@ -38,5 +38,22 @@ TEST(ScriptedErrors, AreFoundAndNearMissesAreNot) {
   }
 }
 
+// In this anatomy the closed scissors come out beside the neck, which they touch: they must not keep hold of
+// it. They pulled the duct to twice its length.
+TEST(ScriptedErrors, DoNotFollowFromScissorsThatLeave) {
+  const ScratchFolder folder;
+  const auto model = std::make_shared<const SessionModel>(
+      RemovalOf(AnatomyVariant::kShortDuct, 1, folder.path().string()));
+  RemovalErrorTrials trials(model);
+  ASSERT_EQ(trials.done(), 4u) << "up to the critical view";
+  for (const RemovalError& error : RemovalErrors()) {
+    if (error.name != "a cut after and before the critical view") continue;
+    const ErrorTrial trial = trials.Try(error);
+    EXPECT_TRUE(trial.done && trial.found);
+    EXPECT_FALSE(trial.false_alarm);
+    EXPECT_EQ(trial.unexpected, std::vector<std::string>{});
+  }
+}
+
 }  // namespace
 }  // namespace hpdm
