@@ -156,8 +156,9 @@ TEST(TraineeText, TheKeysStandAlone) {
   const StatusText text = trainee.Text();
   EXPECT_TRUE(text.loops.empty() && text.state.empty() && text.alarms.empty());
   EXPECT_TRUE(text.guidance.empty() && text.tools[0].empty());
-  for (const char* said : {"up: push it in", "close the jaws while held", "keep them closed",
-                           "shows or hides the exercise's guidance", "next overlay:", "Home|"}) {
+  for (const char* said :
+       {"up: push it in", "close the jaws while held", "keep them closed",
+        "shows or hides the guidance; dots: what is still to be freed", "next overlay:", "Home|"}) {
     EXPECT_TRUE(Shows(text.banner, said)) << said;
   }
   // The page fits on small and large pictures.
