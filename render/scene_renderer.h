@@ -27,7 +27,7 @@ struct SceneRendererOptions {
   bool levels = true;     ///< Fewer triangles for organs that are small (mesh_levels.h).
 };
 
-/// What an exercise asks to be freed next, which is dotted.
+/// The attachment that an exercise asks to free next. Dots mark what is left of it.
 struct FreeingGuide {
   int attachment = -1;  ///< By its index in the scene; -1: none.
   Colour colour = Colour::Ones();
