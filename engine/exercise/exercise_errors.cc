@@ -9,18 +9,21 @@
 namespace hpdm {
 namespace {
 
-// Returns the hand whose tip exerts most, or -1.
-int MostPulling(const StepSample& sample) {
+struct Pull {
   int hand = -1;
-  double most = 0;
+  SolvedContact contact;
+};
+
+// Returns the hand whose tip exerts most, with its contact.
+Pull MostPulling(const StepSample& sample) {
+  Pull most;
   for (int t = 0; t < sample.tool_count; ++t) {
     const SolvedContact& contact = sample.contacts[ToSize(t)];
     const double force = contact.force_on_tissue_W.norm();
-    if (contact.organ < 0 || force < most) continue;
-    most = force;
-    hand = t;
+    if (contact.organ < 0 || force < most.contact.force_on_tissue_W.norm()) continue;
+    most = {t, contact};
   }
-  return hand;
+  return most;
 }
 
 }  // namespace
@@ -96,8 +99,7 @@ void ExerciseEvaluator::FindTears(const StepSample& sample, std::size_t rule) {
   const double torn = TornArea(sample, error.attachment);
   if (torn - torn_[rule] < error.limit) return;
   torn_[rule] = torn;
-  const int hand = MostPulling(sample);
-  const SolvedContact most = hand < 0 ? SolvedContact() : sample.contacts[ToSize(hand)];
+  const auto [hand, most] = MostPulling(sample);
   AddError(rule, hand, most.organ, most.contact_W, most.force_on_tissue_W.norm());
 }
 
@@ -113,8 +115,7 @@ void ExerciseEvaluator::FindStretches(const StepSample& sample, std::size_t rule
       continue;
     }
     if (!(stretch > error.limit)) continue;
-    const int hand = MostPulling(sample);
-    const SolvedContact most = hand < 0 ? SolvedContact() : sample.contacts[ToSize(hand)];
+    const auto [hand, most] = MostPulling(sample);
     active = AddError(rule, hand, most.organ, most.contact_W, sample.ducts[d].tension,
                       static_cast<int>(d));
   }
