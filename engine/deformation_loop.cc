@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "engine/base/check.h"
+#include "engine/checkpoints.h"
 #include "engine/step/present_compliances.h"
 
 namespace hpdm {
@@ -148,9 +149,11 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
   record_.device_time_ns = given.device_time_ns;
   record_.flags = kStepOk;
 
+  FollowExercise(given.restart);
   const ToolState& tools = SanitisedTools(given);
-  jaw_closings_.Follow(tools);
+  jaw_closings_.Follow(tools.tools, tools.tool_count);
   sample_.duct_actions = duct_actions_.Apply(&tools_, jaw_closings_, joint_relaxation_.links());
+  sample_.near_ducts = duct_actions_.NearHooks(tools, joint_relaxation_.links());
   ChooseQuality();
   Collide(tools);
   sample_.layer_work =
@@ -168,6 +171,33 @@ void DeformationLoop::ApplyRecorded(const StepSample& recorded) {
   const auto count = std::min(static_cast<std::size_t>(recorded.organ_count), organs_.size());
   for (std::size_t o = 0; o < count; ++o) organs_[o].ApplyRecorded(recorded.organs[o]);
   shedding_.ApplyRecorded(recorded.step.shed_level);
+  if (edges_->checkpoints != nullptr) edges_->checkpoints->ApplyRecorded(recorded.step.kept_step);
+}
+
+void DeformationLoop::FollowExercise(const RestartRequest& request) {
+  if (edges_->checkpoints == nullptr) return;
+  const Checkpoints::Change change = edges_->checkpoints->Follow(request, this);
+  record_.kept_step = change.kept;
+  record_.restarted_step = change.restarted;
+}
+
+// The jaws' closings, the load and the tools belong to the hands and to this machine: they continue.
+void DeformationLoop::ReturnTo(const DeformationLoop& kept) {
+  organs_ = kept.organs_;
+  trackers_ = kept.trackers_;
+  organ_contacts_ = kept.organ_contacts_;
+  joint_relaxation_ = kept.joint_relaxation_;
+  layer_actions_ = kept.layer_actions_;
+  duct_actions_ = kept.duct_actions_;
+  wall_actions_ = kept.wall_actions_;
+  for (OrganStep& organ : organs_) {
+    organ.Rebind();
+    organ.state().version = record_.number;
+  }
+  for (ToolTracker& tracker : trackers_) tracker.LetGo();
+  duct_actions_.LetGo(joint_relaxation_.links());
+  sample_.contacts.fill({});
+  sample_.beside.fill({});
 }
 
 // Sets each organ's quality for this step from the state after the last one.

@@ -23,6 +23,8 @@
 
 namespace hpdm {
 
+class Checkpoints;
+
 /// The edges of the deformation loop (snapshots.h): it reads `tools` and writes the others. A scene
 /// without organs is not filled in: nobody reads it.
 struct DeformationEdges {
@@ -31,6 +33,7 @@ struct DeformationEdges {
   TripleBuffer<SceneSnapshot>& render;
   TripleBuffer<SceneSnapshot>& telemetry;
   SpscQueue<StepSample>* steps = nullptr;  ///< nullptr: steps are not recorded.
+  Checkpoints* checkpoints = nullptr;      ///< nullptr: an exercise cannot restart at a step.
 };
 
 /// The 30 Hz loop: deforms the organs under the tools (stages: engine/README.md, section 6). An
@@ -65,8 +68,13 @@ class DeformationLoop {
   /// lateness for the step's record.
   void Step(const ToolState& given, Nanoseconds now_ns, Nanoseconds wake_late_ns = 0);
 
-  /// For a replay: the next Step uses the recorded quality. A relaxation that was out of time then
-  /// stops after the recorded number of iterations.
+  /// Returns the tissue to the state of `kept`, a copy of this loop. Its time, its step number and the
+  /// poses of its tools continue. All tools let go of what they hold; jaws that are closed hold
+  /// nothing until they open.
+  void ReturnTo(const DeformationLoop& kept);
+
+  /// For a replay: the next Step uses the recorded quality, and keeps the state if the recorded one did.
+  /// A relaxation that was out of time then stops after the recorded number of iterations.
   void ApplyRecorded(const StepSample& recorded);
 
   /// The newest tool state on the edge.
@@ -85,6 +93,7 @@ class DeformationLoop {
   std::span<const AttachmentLink> links() const { return joint_relaxation_.links(); }
 
  private:
+  void FollowExercise(const RestartRequest& request);
   void Join(const std::vector<AttachmentOptions>& attachments,
             const std::vector<DuctOptions>& ducts);
   AttachmentJoint::Organ JoinedOrganOf(const std::string& name) const;

@@ -23,6 +23,7 @@
 ///                                                      '----------SessionHealth--------'
 ///
 ///     main thread (window, exchanges of the command line) --SessionControl--> haptic loop
+///     telemetry loop (exercise) --ExerciseProgress--> deformation loop
 ///     link of external drivers --DeviceSample--> haptic loop --HapticSample queue--> the same link
 ///
 /// A queue keeps every item (SpscQueue): one HapticSample a tick, one StepSample a step, one
@@ -65,12 +66,20 @@ struct ToolPose {
   bool pedal = false;
 };
 
+/// A request to restart the exercise at one of its steps (engine/checkpoints.h).
+struct RestartRequest {
+  int count = 0;  ///< Rises with each request.
+  int step = 0;   ///< From 0, one that has begun; or kPresent, and the steps before it below that.
+  static constexpr int kPresent = -1;
+};
+
 /// The trainee's requests to the running session: window -> haptic loop, latest value.
 struct SessionControl {
   bool paused = false;  ///< Tools stand still without force; the session's time continues.
   std::array<int, kMaxInstruments> instrument_index{};  ///< As in ToolPose; taken once the tip is
                                                         ///< free.
   std::array<bool, kMaxInstruments> pedal{};  ///< Pressed, in addition to the device's button.
+  RestartRequest restart;
 };
 
 /// The material point that a tip or shaft presses at one of its places in a haptic tick. The step
@@ -95,6 +104,14 @@ struct ToolState {
   int tool_count = 0;
   std::array<ToolPose, kMaxInstruments> tools;
   std::array<std::array<TickContactPoint, kToolPlaces>, kMaxInstruments> contact_points;
+  RestartRequest restart;  ///< The newest one.
+};
+
+/// Telemetry loop -> deformation loop, latest value: the present step of the exercise. The state in
+/// which it begins is kept, so that it can begin again.
+struct ExerciseProgress {
+  int step = 0;
+  int restarts = 0;  ///< Of the exercise, so far.
 };
 
 /// Record of one deformation step; logged in both clocks so that a replay can apply it.
@@ -109,6 +126,10 @@ struct StepRecord {
   double residual = 0;             ///< Largest relative residual of the relaxation.
   std::uint32_t flags = 0;         ///< StepFlag, or-ed.
   std::int32_t shed_level = 0;     ///< LoadShedding::level(); 0: full quality.
+  /// Step of the exercise as whose beginning the state before this step was kept; -1: it was not.
+  std::int32_t kept_step = -1;
+  /// Step of the exercise to whose beginning the tissue returned before this step; -1: it did not.
+  std::int32_t restarted_step = -1;
 };
 
 /// Faults of a step, each with its remedy.
@@ -172,6 +193,10 @@ struct ToolReadout {
   int missed_duct = -1;
   double missed_by = 0;        ///< m: distance of that duct's surface from the jaws' middle.
   Nanoseconds missed_ns = -1;  ///< Time of that step.
+  /// The clip that the open jaws of a clip applier would put on now; its duct -1: none. And the roll of the
+  /// tool about its z axis that would make it as square as it can be, rad.
+  DuctAction clip_ahead;
+  double clip_roll = 0;
 };
 
 /// Deformation loop -> render loop and -> telemetry loop, latest value, every step.
@@ -231,6 +256,7 @@ struct StepSample {
   std::array<ContactsBeside, kMaxInstruments> beside;   ///< The same.
   std::array<LayerWork, kMaxInstruments> layer_work;
   std::array<DuctAction, kMaxInstruments> duct_actions;  ///< Clips and cuts of the step.
+  std::array<NearDuct, kMaxInstruments> near_ducts;      ///< Of energised hooks.
 };
 
 /// Skipped ticks by cause, as counted by RunOnSchedule (loop_schedule.h).
@@ -294,6 +320,7 @@ struct HapticSample {
   Nanoseconds compute_ns = 0;      ///< Wall time of the tick; 0 in lockstep.
   SkippedTicks skipped;            ///< Periods skipped just before this one, by cause.
   bool paused = false;             ///< SessionControl::paused: the devices were not read.
+  RestartRequest restart;          ///< The newest one.
   int tool_count = 0;
   std::array<ToolSample, kMaxInstruments> tools;
 };
@@ -315,7 +342,9 @@ struct ExerciseStatus {
   int last_error_duct = -1;     ///< -1: none.
   double score = 0;             ///< 0..100, as if the exercise ended now.
   bool ended = false;
-  bool passed = false;  ///< All steps are done.
+  bool passed = false;   ///< All steps are done.
+  int restarts = 0;      ///< So far.
+  double restarted = 0;  ///< s since the exercise began, of the last one.
   /// s since the exercise began, of the first steps that are done.
   std::array<float, kShownSteps> step_times{};
   std::array<std::uint16_t, kShownRules> error_counts{};  ///< Of the first rules.

@@ -75,7 +75,7 @@ void HapticLoop::Attach(std::span<const std::unique_ptr<Device>> devices, const 
 void HapticLoop::Tick(std::uint64_t tick, Nanoseconds scheduled,
                       const TickTiming& timing) noexcept {
   const Nanoseconds now = scheduled + timing.wake_late_ns;
-  ApplyControl();
+  ApplyControl(tick);
   ReadDevices(now);
   MoveTools(now);
   TakePatch(scheduled);
@@ -142,11 +142,12 @@ void HapticLoop::EmergencyStop() noexcept {
   for (Tool& tool : tools_) tool.instrument.device->EmergencyStop();
 }
 
-void HapticLoop::ApplyControl() {
+void HapticLoop::ApplyControl(std::uint64_t tick) {
   if (edges_->control == nullptr) return;
   edges_->control->Update();
   const SessionControl& asked = edges_->control->Front();
   paused_ = asked.paused;
+  if (asked.restart.count != restart_.count) Restart(asked.restart, tick);
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     Tool& tool = tools_[i];
     tool.pedal_asked = asked.pedal[i];
@@ -155,6 +156,15 @@ void HapticLoop::ApplyControl() {
                      static_cast<std::size_t>(instrument_index) < tool.instrument.geometries.size();
     if (!has || instrument_index == tool.pose.instrument_index || !tool.contacts.IsFree()) continue;
     tool.pose.instrument_index = instrument_index;
+    tool.contacts.ClearPatches();
+    tool.guard.RampIn();
+  }
+}
+
+void HapticLoop::Restart(const RestartRequest& request, std::uint64_t tick) {
+  restart_ = request;
+  restart_tick_ = tick;
+  for (Tool& tool : tools_) {
     tool.contacts.ClearPatches();
     tool.guard.RampIn();
   }
@@ -210,7 +220,7 @@ void HapticLoop::TakePatch(Nanoseconds scheduled) {
   if (is_new) {
     patch_number_ = patch.step.number;
     for (std::size_t i = 0; i < tools_.size(); ++i) {
-      if (static_cast<int>(i) < patch.tool_count &&
+      if (static_cast<int>(i) < patch.tool_count && patch.step.input_tick >= restart_tick_ &&
           patch.tools[i].instrument_index == tools_[i].pose.instrument_index) {
         tools_[i].contacts.SetPatches(patch.tools[i]);
       } else {
@@ -322,6 +332,7 @@ void HapticLoop::PublishToolState(std::uint64_t tick, Nanoseconds scheduled) {
     state.tools[i] = tools_[i].pose;
     state.contact_points[i] = tools_[i].contacts.contact_points();
   }
+  state.restart = restart_;
   edges_->tool_states.Publish();
 }
 
@@ -335,6 +346,7 @@ void HapticLoop::FillSample(std::uint64_t tick, Nanoseconds scheduled, const Tic
   sample_.wake_late_ns = timing.wake_late_ns;
   sample_.skipped = timing.skipped;
   sample_.paused = paused_;
+  sample_.restart = restart_;
   sample_.tool_count = static_cast<int>(tools_.size());
   for (std::size_t i = 0; i < tools_.size(); ++i) {
     const Tool& tool = tools_[i];

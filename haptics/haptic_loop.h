@@ -48,6 +48,9 @@ struct HapticInstrument {
 /// Pedal: pressed while the device's button or SessionControl's is. Off without a valid reading of the
 /// last kHeldAfter, and in a pause.
 ///
+/// Restart (RestartRequest): in its tick all tools lose their contacts, whose forces fall within the slew limit.
+/// Patches of steps that do not know of it are ignored. Then the forces ramp in.
+///
 /// Pause: the devices are not read, the last pose is held without velocity, and the force fades
 /// out; afterwards it ramps in.
 ///
@@ -143,7 +146,8 @@ class HapticLoop {
     AxisEffort effort = AxisEffort::Zero();
   };
 
-  void ApplyControl();
+  void ApplyControl(std::uint64_t tick);
+  void Restart(const RestartRequest& request, std::uint64_t tick);
   void ReadDevices(Nanoseconds now);
   void MoveTools(Nanoseconds now);
   void TakePatch(Nanoseconds scheduled);
@@ -165,6 +169,8 @@ class HapticLoop {
   Nanoseconds period_ns_;
   Rebindable<Edges> edges_;
   bool paused_ = false;
+  RestartRequest restart_;          // the newest one
+  std::uint64_t restart_tick_ = 0;  // in which it came
   bool has_run_ = false;
   Nanoseconds last_scheduled_ns_ = 0;
   Nanoseconds device_time_ns_ = 0;  // time of the newest valid device sample

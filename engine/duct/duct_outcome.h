@@ -43,6 +43,12 @@ struct DuctAction {
       Vector3d::Zero();  ///< m: of the duct between the jaws; of a lost clip the tip.
 };
 
+/// The duct that is nearest to an energised hook in one step.
+struct NearDuct {
+  std::int32_t duct = -1;  ///< Number of the duct in the scene; -1: the hook is not energised.
+  double gap = 0;          ///< m: between its surface and the tip's, below 0 if they overlap.
+};
+
 /// A duct after a step, to be drawn.
 struct DuctSnapshot {
   int nodes = 0;

@@ -55,6 +55,9 @@ void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
       case ExerciseErrorKind::kEarlyCut:
       case ExerciseErrorKind::kBadCut:
         break;  // JudgeAction()
+      case ExerciseErrorKind::kWrongCut:
+        FindWrongCuts(sample, rule);
+        break;
       case ExerciseErrorKind::kBleeding:
         FindBleedings(rule);
         break;
@@ -139,7 +142,12 @@ void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, do
       force = std::max(force, contact.force_on_tissue_W.norm());
     });
     bool in_place = false;
-    if (near) {
+    const NearDuct& duct = sample.near_ducts[h];
+    const bool near_duct = near && error.path_W.empty();
+    if (near_duct) {
+      in_place = duct.duct >= 0 && duct.gap <= error.within && Contains(error.ducts, duct.duct) &&
+                 sample.ducts[ToSize(duct.duct)].cuts == 0;
+    } else if (near) {
       in_place = DistanceTo(error.path_W, tip_W) <= error.within;
     } else {
       in_place = sample.layer_work[h].burning == 0 &&
@@ -152,7 +160,25 @@ void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, do
     watch.since += dt;
     if (watch.active || watch.since < error.limit) continue;
     watch.active = true;
-    AddError(rule, t, touched, tip_W, force);
+    AddError(rule, t, touched, tip_W, force, near_duct ? duct.duct : -1);
+  }
+}
+
+// The press may end as the jaws close.
+void ExerciseEvaluator::FindWrongCuts(const StepSample& sample, std::size_t rule) {
+  const int organ = options_.errors[rule].organ;
+  if (options_.scissors.empty()) return;
+  for (int t = 0; t < sample.tool_count; ++t) {
+    const auto h = ToSize(t);
+    if (jaw_closings_.ClosingFrom(h) == 0 ||
+        !IsOneOf(options_.scissors, t, sample.tools[h].instrument_index)) {
+      continue;
+    }
+    const SolvedContact& last = last_contacts_[h];
+    const bool pressed = last.organ == organ && Touches(last);
+    if (!pressed && !Presses(sample, t, organ)) continue;
+    const SolvedContact& contact = pressed ? last : sample.contacts[h];
+    AddError(rule, t, organ, contact.contact_W, contact.force_on_tissue_W.norm());
   }
 }
 

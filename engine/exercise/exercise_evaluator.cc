@@ -14,10 +14,13 @@ ExerciseEvaluator::ExerciseEvaluator(ExerciseOptions options)
       torn_(options_.errors.size(), 0),
       bleedings_counted_(options_.errors.size()),
       perforations_judged_(options_.errors.size(), 0),
-      stretched_(options_.errors.size()) {}
+      stretched_(options_.errors.size()),
+      kept_(options_.steps.size()) {}
 
 void ExerciseEvaluator::Add(const StepSample& sample) {
   if (result_.ended) return;
+  if (sample.step.restarted_step >= 0) Restart(sample.step.restarted_step, sample.step.time_ns);
+  if (sample.step.kept_step >= 0) Keep(sample.step.kept_step);
   if (!begun_) {
     std::ranges::transform(sample.ducts, first_lengths_.begin(), &DuctOutcome::length);
   }
@@ -25,6 +28,7 @@ void ExerciseEvaluator::Add(const StepSample& sample) {
   for (std::size_t t = 0; t < instruments_.size(); ++t) {
     instruments_[t] = sample.tools[t].instrument_index;
   }
+  jaw_closings_.Follow(sample.tools, sample.tool_count);
   AdvanceBleedings(sample);
   FindErrors(sample, dt);
   for (int t = 0; t < sample.tool_count; ++t) JudgeAction(sample, t);
@@ -35,6 +39,36 @@ void ExerciseEvaluator::Add(const StepSample& sample) {
     result_.ended = true;
   }
   result_.score = Score();
+}
+
+void ExerciseEvaluator::Keep(int step) {
+  if (ToSize(step) >= kept_.size()) return;
+  auto kept = std::exchange(kept_, {});
+  kept[ToSize(step)] = std::make_shared<const ExerciseEvaluator>(*this);
+  kept_ = std::move(kept);
+}
+
+void ExerciseEvaluator::Restart(int step, Nanoseconds now_ns) {
+  if (ToSize(step) >= kept_.size() || kept_[ToSize(step)] == nullptr) return;
+  std::vector<ExerciseRestart> restarts = std::move(result_.restarts);
+  const ExerciseResult& then = kept_[ToSize(step)]->result_;
+  restarts.push_back({.step = step,
+                      .time = then.time,
+                      .discarded = result_.time - then.time,
+                      .errors = static_cast<int>(result_.errors.size() - then.errors.size())});
+  const std::size_t begun = ToSize(bleedings_forgotten_) + bleedings_ns_.size();
+  auto kept = std::move(kept_);
+  *this = *kept[ToSize(step)];
+  kept_ = std::move(kept);
+  result_.restarts = std::move(restarts);
+  // All hands have let go.
+  last_contacts_.fill({});
+  for (auto& of_hands : watches_) of_hands.fill({});
+  ForgetOpenBleedings();
+  bleedings_forgotten_ = static_cast<int>(begun - bleedings_ns_.size());
+  // The exercise's time continues where it was then.
+  start_ns_ += now_ns - last_ns_;
+  last_ns_ = now_ns;
 }
 
 // Returns the exercise's time since the last step, s.
@@ -188,8 +222,20 @@ void ExerciseEvaluator::AddBleeding(Nanoseconds time_ns) {
   for (std::vector<bool>& counted : bleedings_counted_) counted.push_back(false);
 }
 
-int ExerciseEvaluator::BleedingsStopped() const {
-  return static_cast<int>(std::ranges::count(result_.bleedings, true, &ExerciseBleeding::stopped));
+int ExerciseEvaluator::BleedingsOver() const {
+  return bleedings_forgotten_ +
+         static_cast<int>(std::ranges::count(result_.bleedings, true, &ExerciseBleeding::stopped));
+}
+
+void ExerciseEvaluator::ForgetOpenBleedings() {
+  for (std::size_t b = bleedings_ns_.size(); b-- > 0;) {
+    const bool listed = b < result_.bleedings.size();
+    if (listed && result_.bleedings[b].stopped) continue;
+    const auto at = static_cast<std::ptrdiff_t>(b);
+    bleedings_ns_.erase(bleedings_ns_.begin() + at);
+    if (listed) result_.bleedings.erase(result_.bleedings.begin() + at);
+    for (std::vector<bool>& counted : bleedings_counted_) counted.erase(counted.begin() + at);
+  }
 }
 
 // Lists the bleedings that have begun, and lets each clip stop the oldest one.
@@ -251,6 +297,11 @@ double ExerciseEvaluator::Score() const {
   return std::max(0.0, score);
 }
 
+ExerciseProgress ExerciseEvaluator::Progress() const {
+  return {.step = static_cast<int>(result_.step_times.size()),
+          .restarts = static_cast<int>(result_.restarts.size())};
+}
+
 ExerciseStatus ExerciseEvaluator::Status() const {
   ExerciseStatus status;
   status.present = true;
@@ -274,6 +325,8 @@ ExerciseStatus ExerciseEvaluator::Status() const {
   status.score = result_.score;
   status.ended = result_.ended;
   status.passed = result_.passed;
+  status.restarts = static_cast<int>(result_.restarts.size());
+  if (!result_.restarts.empty()) status.restarted = result_.restarts.back().time;
   return status;
 }
 

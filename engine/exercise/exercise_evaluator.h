@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstddef>
+#include <memory>
 #include <vector>
 
 #include "engine/exercise/duct_judge.h"
 #include "engine/exercise/exercise_options.h"
 #include "engine/snapshots.h"
+#include "engine/step/jaw_closings.h"
 
 namespace hpdm {
 
@@ -31,11 +33,20 @@ struct ExerciseBleeding {
   bool stopped = false;
 };
 
+/// A return to the beginning of a step.
+struct ExerciseRestart {
+  int step = 0;          ///< That begins again.
+  double time = 0;       ///< s since the exercise began: of the beginning of the step.
+  double discarded = 0;  ///< s of the exercise's time after it that do not count any more.
+  int errors = 0;        ///< That do not count any more.
+};
+
 /// The outcome of an exercise so far.
 struct ExerciseResult {
   std::vector<double> step_times;  ///< s since the exercise began, of each step that is done.
   std::vector<ExerciseError> errors;
   std::vector<ExerciseBleeding> bleedings;  ///< In the order of their begins.
+  std::vector<ExerciseRestart> restarts;    ///< In their order.
   double time = 0;      ///< s since the exercise began, up to its end, without `stood`.
   double stood = 0;     ///< s for which the time stood: pauses.
   bool ended = false;   ///< All steps are done, or the time is over.
@@ -53,6 +64,10 @@ struct ExerciseResult {
 /// after the steps of that time: the log writes a step once a tick has used it, so only times decide.
 /// Each clip that holds a duct stops the oldest bleeding that began before its step. A perforation is
 /// judged at the first step after its event.
+///
+/// Restart: a step of the log that has StepRecord::kept_step keeps the judgement so far, one that has
+/// restarted_step returns to it, with its time, errors and score. The restarts stay in the result. Bleedings
+/// that are open then are over.
 ///
 /// The exercise begins with the first step. Its time stands in a step whose newest device reading is
 /// older than kStandsAfter: a paused session reads no device. So a pause costs at most kStandsAfter, and
@@ -85,13 +100,15 @@ class ExerciseEvaluator {
   /// A bleeding begins at this session time. Times do not decrease; no step more than the newest one
   /// before it has been added.
   void AddBleeding(Nanoseconds time_ns);
-  int BleedingsStopped() const;
+  /// Number of the bleedings that were stopped or ended by a restart.
+  int BleedingsOver() const;
   /// A lumen of this organ begins to leak at this session time. Times as of AddBleeding.
   void AddPerforation(Nanoseconds time_ns, int organ);
 
   const ExerciseOptions& options() const { return options_; }
   const ExerciseResult& result() const { return result_; }
   ExerciseStatus Status() const;
+  ExerciseProgress Progress() const;
 
  private:
   // The state of one rule, for each hand.
@@ -102,6 +119,9 @@ class ExerciseEvaluator {
     double last = 0;        // s, when the condition last held
   };
 
+  void Keep(int step);
+  void Restart(int step, Nanoseconds now_ns);
+  void ForgetOpenBleedings();
   void AdvanceStep(const StepSample& sample);
   bool Holds(const ExerciseStepOptions& step, const StepSample& sample) const;
   void FindErrors(const StepSample& sample, double dt);
@@ -111,6 +131,7 @@ class ExerciseEvaluator {
   void FindTears(const StepSample& sample, std::size_t rule);
   void FindStretches(const StepSample& sample, std::size_t rule);
   void FindBurns(const StepSample& sample, std::size_t rule, double dt);
+  void FindWrongCuts(const StepSample& sample, std::size_t rule);
   void FindDrops(const StepSample& sample, std::size_t rule);
   void FindInversion(const StepSample& sample, std::size_t rule);
   void AdvanceBleedings(const StepSample& sample);
@@ -147,6 +168,10 @@ class ExerciseEvaluator {
   std::vector<std::array<bool, kMaxDucts>> stretched_;  // of each rule, each duct
   std::array<SolvedContact, kMaxInstruments> last_contacts_;
   std::array<int, kMaxInstruments> instruments_{};  // that the hands hold, as in ToolPose
+  JawClosings jaw_closings_;
+  int bleedings_forgotten_ = 0;                     // by restarts
+  std::vector<std::shared_ptr<const ExerciseEvaluator>>
+      kept_;  // at the beginning of each step, or null
 };
 
 }  // namespace hpdm

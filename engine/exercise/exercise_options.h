@@ -60,13 +60,15 @@ enum class ExerciseErrorKind {
   kTear,       ///< Pulling, not burning or cutting, frees another `limit` m^2.
   kBurn,       ///< An energised hook is on an organ for `limit` s and burns no attachment.
   kStrayBurn,  ///< It touches nothing for `limit` s and burns no attachment.
-  kNearBurn,   ///< Its tip is within `within` m of `path_W` for `limit` s, whatever it burns.
+  kNearBurn,  ///< Its tip is within `within` m of `path_W`, or its surface of a duct's, for `limit` s,
+              ///< whatever it burns.
   kDrop,  ///< The last jaws lose an organ while it is held more than `limit` m from its place, or,
           ///< with a `path_W`, more than `within` m from that.
   kInverted,   ///< Tissue is inverted.
   kBadClip,    ///< A clip on a duct is not good, with the angle `limit` rad (duct_judge.h).
   kWrongClip,  ///< A clip is put on another duct than `ducts`, or an applier closes on `organ`.
   kLostClip,  ///< A clip falls. An applier that closes on the `organ` of kWrongClip does not count.
+  kWrongCut,  ///< Scissors that press `organ` close.
   kEarlyClip,    ///< A duct is clipped before the step `before` is done.
   kEarlyCut,     ///< A duct is cut before it.
   kBadCut,       ///< After a cut, a duct is not cut well (duct_judge.h).
@@ -97,7 +99,8 @@ struct ExerciseOptions {
   double target_time = 0;   ///< s: up to here the time costs no points.
   std::vector<ExerciseStepOptions> steps;
   std::vector<ExerciseErrorOptions> errors;
-  std::vector<ExerciseTool> hooks;  ///< The scene's hooks.
+  std::vector<ExerciseTool> hooks;     ///< The scene's hooks.
+  std::vector<ExerciseTool> scissors;  ///< Its scissors.
   std::vector<ExerciseDuct> ducts;  ///< The scene's ducts.
   std::vector<std::string> organs;  ///< Names of the scene's organs.
   int clips_that_stay = kClipsThatStay;

@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 
+#include "engine/mesh/closest_point.h"
 #include "engine/step/grasp.h"
 #include "engine/step/patch_builder.h"
 
@@ -44,6 +45,7 @@ std::array<DuctAction, kMaxInstruments> DuctActions::Apply(ToolState* tools,
       actions[ToSize(t)] = Close(pose, widest, tools->time_ns, &tool, links);
     }
     if (tool.held.link >= 0) MoveHeld(pose, &tool, links);
+    LookAhead(pose, tool.geometries[ToSize(tool.instrument_index)], links, &tool.readout);
   }
   return actions;
 }
@@ -81,26 +83,41 @@ DuctActions::Place DuctActions::Between(const Isometry3d& X_WT, double reach_x, 
   return nearest;
 }
 
-// Notes the duct whose surface is nearest to a point between jaws that closed on no duct.
-void DuctActions::NoteMiss(const Vector3d& middle_W, std::span<AttachmentLink> links,
-                           ToolReadout* readout) {
-  double least = std::numeric_limits<double>::infinity();
+// Returns the duct whose surface is nearest to a point, and its distance.
+NearDuct DuctActions::Nearest(const Vector3d& p_W, std::span<AttachmentLink> links) {
+  NearDuct nearest{.gap = std::numeric_limits<double>::infinity()};
   for (const AttachmentLink& link : links) {
     for (const DuctState& duct : link.state().ducts()) {
       const Rod& rod = duct.rod();
       for (int i = 0; i + 1 < rod.nodes(); ++i) {
         if (!rod.IsSegment(i)) continue;
-        const Vector3d along_W = rod.node(i + 1) - rod.node(i);
-        const double length2 = along_W.squaredNorm();
-        const double share =
-            length2 > 0 ? std::clamp(along_W.dot(middle_W - rod.node(i)) / length2, 0.0, 1.0) : 0;
-        const double distance = (rod.node(i) + share * along_W - middle_W).norm();
-        if (distance >= least) continue;
-        least = distance;
-        readout->missed_duct = duct.model().index;
-        readout->missed_by = std::max(0.0, distance - duct.model().options.radius);
+        const double share = ClosestOnSegment(p_W, rod.node(i), rod.node(i + 1));
+        const Vector3d near_W = rod.node(i) + share * (rod.node(i + 1) - rod.node(i));
+        const double gap = (p_W - near_W).norm() - duct.model().options.radius;
+        if (gap < nearest.gap) nearest = {duct.model().index, gap};
       }
     }
+  }
+  return nearest.duct < 0 ? NearDuct() : nearest;
+}
+
+std::array<NearDuct, kMaxInstruments> DuctActions::NearHooks(
+    const ToolState& tools, std::span<AttachmentLink> links) const {
+  std::array<NearDuct, kMaxInstruments> near;
+  for (int t = 0; t < tools.tool_count; ++t) {
+    const ToolPose& pose = tools.tools[ToSize(t)];
+    const ToolGeometry& geometry = tools_[ToSize(t)].geometries[ToSize(pose.instrument_index)];
+    if (geometry.action != ToolAction::kBurn || !pose.pedal) continue;
+    near[ToSize(t)] = Nearest(pose.X_WT.translation(), links);
+    if (near[ToSize(t)].duct >= 0) near[ToSize(t)].gap -= geometry.tip_radius;
+  }
+  return near;
+}
+
+void DuctActions::LetGo(std::span<AttachmentLink> links) {
+  for (Tool& tool : tools_) {
+    Release(&tool, links);
+    tool.fills_patch = false;
   }
 }
 
@@ -133,7 +150,9 @@ DuctAction DuctActions::Close(const ToolPose& pose, double widest, Nanoseconds t
   if (clips) --tool->clips[index];
   if (place.link < 0) {
     if (!geometry.can_grasp) {
-      NoteMiss(X_WC * Vector3d(0, 0, geometry.JawsLength() / 2), links, &tool->readout);
+      const NearDuct missed = Nearest(X_WC * Vector3d(0, 0, geometry.JawsLength() / 2), links);
+      tool->readout.missed_duct = missed.duct;
+      tool->readout.missed_by = std::max(0.0, missed.gap);
       tool->readout.missed_ns = time_ns;
     }
     DuctAction action;
@@ -181,6 +200,21 @@ DuctAction DuctActions::MeasureAction(const DuctState& duct, const Place& place,
   const double covered = std::min(place.p_T.z() + half, jaws) - std::max(place.p_T.z() - half, 0.0);
   action.coverage = std::clamp(covered / (2 * half), 0.0, 1.0);
   return action;
+}
+
+// Measures the clip that the open jaws of a clip applier would put on now.
+void DuctActions::LookAhead(const ToolPose& pose, const ToolGeometry& geometry,
+                            std::span<AttachmentLink> links, ToolReadout* readout) {
+  readout->clip_ahead = {};
+  if (geometry.action != ToolAction::kClip || pose.jaw < kJawGrasps) return;
+  const double length = geometry.JawsLength();
+  const Place place = Between(pose.X_WT, 0, std::tan(pose.jaw * geometry.opening), length, links);
+  if (place.link < 0) return;
+  readout->clip_ahead = MeasureAction(links[ToSize(place.link)].ducts()[place.duct], place, length);
+  // The jaws' axis y turns into the plane of the shaft and the duct, by less than a quarter turn.
+  const Vector3d& along_T = place.tangent_T;
+  const double sign = along_T.y() < 0 ? -1 : 1;
+  readout->clip_roll = std::atan2(-sign * along_T.x(), sign * along_T.y());
 }
 
 // Moves the held node with the jaws. Lets go of one that has left the faces.

@@ -36,11 +36,16 @@ class DuctActions {
   /// out of `tools`. Returns the clips and cuts of each tool.
   std::array<DuctAction, kMaxInstruments> Apply(ToolState* tools, const JawClosings& jaws,
                                                 std::span<AttachmentLink> links);
+  /// Finds the duct that is nearest to the tip of each energised hook, where the last step left it.
+  std::array<NearDuct, kMaxInstruments> NearHooks(const ToolState& tools,
+                                                  std::span<AttachmentLink> links) const;
   /// Fills the patch of the duct that a tool holds, after the step.
   void FillPatch(int tool, const ToolPose& pose, std::span<AttachmentLink> links,
                  const std::vector<OrganStep>& organs, ToolPatches* patches);
   /// True if the tool's last patch at kPlace is that of a duct.
   bool FillsPatch(int tool) const { return tools_[ToSize(tool)].fills_patch; }
+  /// Lets go of all ducts.
+  void LetGo(std::span<AttachmentLink> links);
   /// Fills in what a display shows of the tool's magazine and of the duct that it missed.
   void FillReadout(int tool, ToolReadout* readout) const;
 
@@ -67,8 +72,9 @@ class DuctActions {
 
   DuctAction Close(const ToolPose& pose, double widest, Nanoseconds time_ns, Tool* tool,
                    std::span<AttachmentLink> links);
-  static void NoteMiss(const Vector3d& middle_W, std::span<AttachmentLink> links,
-                       ToolReadout* readout);
+  static NearDuct Nearest(const Vector3d& p_W, std::span<AttachmentLink> links);
+  static void LookAhead(const ToolPose& pose, const ToolGeometry& geometry,
+                        std::span<AttachmentLink> links, ToolReadout* readout);
   static DuctAction MeasureAction(const DuctState& duct, const Place& place, double jaws);
   void MoveHeld(const ToolPose& pose, Tool* tool, std::span<AttachmentLink> links) const;
   void Release(Tool* tool, std::span<AttachmentLink> links) const;

@@ -15,6 +15,10 @@ constexpr double kMinLoadStep = 1.0 / 64;
 // A rejected step returns to this share of the last sound demand. At its full length the next
 // iteration may invert the tissue.
 constexpr double kBack = 0.9;
+// Share of the volume that small strain may invert unnoticed: control points with a trace of tissue
+// move by metres. At 0.0015, by a pull of 0.6 N on the last tenth of a gallbladder's bed, a picture shows
+// nothing.
+constexpr double kTrace = 0.002;
 
 }  // namespace
 
@@ -164,8 +168,9 @@ bool InversionRecovery::IsLinear(const OrganState& state) const {
 bool InversionRecovery::IsInverted(const OrganState& state) {
   if (!scan_) return false;
   const int calls = IsLinear(state) ? kStepsPerScan : 1;
-  return lattice_organ_->inversion_detector().Inverted(state.contacts.refinement,
-                                                       state.control_displacements, calls, &*scan_);
+  const bool any = lattice_organ_->inversion_detector().Inverted(
+      state.contacts.refinement, state.control_displacements, calls, &*scan_);
+  return IsLinear(state) ? scan_->share > kTrace : any;
 }
 
 bool InversionRecovery::Sound(double demand, const OrganState& state) {

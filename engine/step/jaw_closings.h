@@ -8,15 +8,14 @@
 namespace hpdm {
 
 /// Finds the steps in which the jaws of the tools close (kJawGrasps), and how wide they have been since
-/// they were last closed. Another instrument begins with closed jaws. Deformation thread; allocates
-/// nothing.
+/// they were last closed. Another instrument begins with closed jaws. One thread; allocates nothing.
 class JawClosings {
  public:
   /// Takes the tools of the next step.
-  void Follow(const ToolState& tools) {
+  void Follow(const std::array<ToolPose, kMaxInstruments>& tools, int tool_count) {
     closing_.fill(0);
-    for (int t = 0; t < tools.tool_count; ++t) {
-      const ToolPose& pose = tools.tools[ToSize(t)];
+    for (int t = 0; t < tool_count; ++t) {
+      const ToolPose& pose = tools[ToSize(t)];
       Jaws& jaws = jaws_[ToSize(t)];
       if (pose.instrument_index != jaws.instrument_index) jaws = {pose.instrument_index, 0};
       if (pose.jaw >= kJawGrasps) {

@@ -67,6 +67,13 @@ void ToolTracker::TakeInstrument(const ToolPose& tool) {
   jaw_last_ = tool.jaw;
 }
 
+void ToolTracker::LetGo() {
+  grasp_.Release();
+  shaft_.Release();
+  for (Place& place : places_) place.contact = {};
+  started_ = false;
+}
+
 void ToolTracker::Track(const ToolPose& tool,
                         const std::array<TickContactPoint, kToolPlaces>& contact_points,
                         std::vector<OrganStep>* organs) {

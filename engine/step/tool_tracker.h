@@ -45,6 +45,9 @@ class ToolTracker {
   void Track(const ToolPose& tool, const std::array<TickContactPoint, kToolPlaces>& contact_points,
              std::vector<OrganStep>* organs);
 
+  /// Lets go of all tissue. Jaws that are closed hold nothing until they open.
+  void LetGo();
+
   /// Returns the point under the tip on that organ's rest surface, m; none if the organ has no
   /// place.
   std::optional<Vector3d> RestPointOn(int organ, const OrganModel& model) const;

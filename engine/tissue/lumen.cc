@@ -12,7 +12,7 @@ namespace hpdm {
 namespace {
 
 // Share of the largest volume that a flat part may seem to have.
-constexpr double kRoundOff = 1e-9;
+constexpr double kNoVolume = 1e-9;
 
 // A connected part of a surface.
 struct WallPart {
@@ -47,7 +47,7 @@ std::vector<WallPart> ConnectedParts(const SurfaceMesh& rest) {
   double largest = 0;
   for (const WallPart& part : parts) largest = std::max(largest, std::abs(part.volume));
   for (WallPart& part : parts) {
-    part.is_lumen = part.open_vertex < 0 && part.volume < -kRoundOff * largest;
+    part.is_lumen = part.open_vertex < 0 && part.volume < -kNoVolume * largest;
   }
   return parts;
 }

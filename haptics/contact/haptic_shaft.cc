@@ -54,7 +54,8 @@ void HapticContact::MoveToShaft(TipPose* tip) {
   tip->tip_radius = tip->shaft_radius;
 }
 
-// Finds where the shaft touches the patch, or did on its way from the last tick.
+// Finds where the shaft touches the patch, or did on its way from the last tick. The search sees the
+// surface where other tools have moved it.
 bool HapticContact::FindOnShaft(TipPose* tip) {
   at_border_ = false;
   const bool is_new = std::exchange(is_patch_new_, false);
@@ -66,8 +67,10 @@ bool HapticContact::FindOnShaft(TipPose* tip) {
     axis_known_ = false;
     return false;
   }
-  const std::array<Vector3d, 2> now_W{OnAxis(to), OnAxis(from)}, last_W = axis_last_W_;
+  const std::array<Vector3d, 2> now_W{OnAxis(to) - by_tools_W_, OnAxis(from) - by_tools_W_};
+  const std::array<Vector3d, 2> last_W = axis_last_W_;
   axis_last_W_ = now_W;
+  moved_W_ = by_tools_W_;
   const auto faces = [&] { return std::abs(foot_.normal_W.dot(axis_W_)) <= kMaxEndOn; };
   if (is_new) {
     from_trocar_ = std::clamp(part.near, from, to);
@@ -128,10 +131,10 @@ bool HapticContact::FindNearest(const Vector3d& start_W, const Vector3d& end_W, 
 // Finds the foot of a shaft that has got into the surface unseen.
 bool HapticContact::FindInside(const TipPose& tip) {
   on_far_ = false;
-  return (mesh_surface().FindFoot(tip.X_WT.translation(), tip.tip_radius, &foot_) &&
-          foot_.gap < tip.tip_radius) ||
+  const Vector3d p_tip_W = tip.X_WT.translation() - by_tools_W_;
+  return (mesh_surface().FindFoot(p_tip_W, tip.tip_radius, &foot_) && foot_.gap < tip.tip_radius) ||
          (!far_surface().empty() &&
-          FindFarContact(p_tip_last_W_, tip.X_WT.translation(), tip.tip_radius, false));
+          FindFarContact(p_tip_last_W_ - by_tools_W_, p_tip_W, tip.tip_radius, false));
 }
 
 // Moves the contact along the axis, on the shaft and on the surface, towards where the surface is

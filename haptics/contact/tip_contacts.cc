@@ -59,7 +59,7 @@ void TipContacts::ClearPatches() noexcept {
 
 void TipContacts::StandOnMoved(std::span<TipContacts* const> tools) noexcept {
   for (TipContacts* const tool : tools) {
-    for (HapticContact& place : tool->Tips()) {
+    for (HapticContact& place : tool->places_) {
       place.ForgetOtherTools();
       for (const TipContacts* const other : tools) {
         if (other != tool) place.StandOnMoved(other->places_);

@@ -61,7 +61,7 @@ class ForceGuard {
   };
   Output Filter(const Input& input) noexcept;
 
-  /// Restarts the ramp-in from no authority. Call only while the tip feels no force.
+  /// Restarts the ramp-in from no authority. A force that is felt falls at the slew limit.
   void RampIn() noexcept { gain_ = 0; }
 
   /// Takes the force away at the end of a session. Displays the fraction `share` (1 to 0) of the

@@ -108,7 +108,9 @@ class TickJudges {
   void AddEnergy(const HapticSample& sample, double now) {
     const bool follows = ticks_since_output_ == 1;  // the tick before has its output too
     bool free = true;
-    contact_.judged = contact_.judged && follows && sample.skipped.Total() == 0 && !sample.paused;
+    const bool restarts = sample.restart.count != std::exchange(restarts_, sample.restart.count);
+    contact_.judged =
+        contact_.judged && follows && sample.skipped.Total() == 0 && !sample.paused && !restarts;
     for (int i = 0; i < sample.tool_count; ++i) {
       const ToolSample& tool = sample.tools[i];
       const ToolSample& last = last_tools_[i];
@@ -177,6 +179,7 @@ class TickJudges {
   std::optional<int> ticks_since_output_;  // none if the last output or a tick since is lost
   std::array<Vector3d, kMaxInstruments> last_force_W_;
   std::array<ToolSample, kMaxInstruments> last_tools_;
+  int restarts_ = 0;  // requests so far
   ContactWork contact_;
   std::optional<std::pair<double, double>> free_since_;  // s, and energy (J) put in until then
   std::vector<Phase> pattern_;                           // by time
@@ -260,6 +263,8 @@ class StepJudges {
     for (int a = 0; a < sample.attachment_count; ++a) {
       const AttachmentOutcome& now = sample.attachments[a];
       AttachmentOutcome& last = last_outcomes_[a];
+      // The tissue of a restarted exercise is that of an earlier step.
+      if (sample.step.restarted_step >= 0) last = {};
       const auto fall = [](double before, double after) {
         return after >= before ? 0 : (before - after) / before;
       };
@@ -288,7 +293,8 @@ class StepJudges {
     Touches now = judged_.empty() ? Touches() : judged_.back();
     now.step = sample.step.number;
     now.time = ToSeconds(sample.step.time_ns);
-    if (!follows) now.last.fill(now.time);  // no earlier time is known
+    const bool restarts = sample.step.restarted_step >= 0;
+    if (!follows || restarts) now.last.fill(now.time);  // no earlier time is known
     for (int t = 0; t < sample.tool_count; ++t) {
       const SolvedContact& contact = sample.contacts[t];
       if (contact.kind == ContactKind::kGrasp || !contact.force_on_tissue_W.isZero(0)) {

@@ -56,7 +56,7 @@ struct Invariant {
 ///            its place for a tick does not end the contact. Judged under the condition of
 ///            `work`, from 0.1 mJ put in. A contact in which jaws hold is exempt: they do work
 ///            themselves, and tissue that they let go keeps what it had stored. So is one with a
-///            lost or skipped tick, a pause, or a tick whose output a thinned log leaves out
+///            lost or skipped tick, a pause, a restart of the exercise, or a tick whose output a thinned log leaves out
 ///   work     W given to all hands together, the mean between two contact-free moments at least
 ///            a second apart. It would be energy from nothing; judged only if the hands alone do
 ///            work (SessionLimits::still). A late patch gives tenths of a milliwatt. Jaws that
@@ -67,7 +67,7 @@ struct Invariant {
 ///            any organ that can push them
 ///
 ///   damage   largest fall of an attachment's damage, freed area or dissipated energy from one step
-///            to the next, over its value before. Tears never heal
+///            to the next, over its value before. Tears never heal, but where an exercise restarts
 ///
 /// With `period` > 0, the session's hands repeat their motion every `period`:
 ///

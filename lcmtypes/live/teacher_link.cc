@@ -34,10 +34,15 @@ bool ReadRequest(std::span<const std::uint8_t> bytes, TeacherRequest* request) {
     case teacher_t::BLEED:
       request->kind = TeacherRequest::Kind::kBleed;
       break;
+    case teacher_t::RESTART:
+      request->kind = TeacherRequest::Kind::kRestart;
+      if (message.step < 0) return false;
+      request->step = message.step == 0 ? RestartRequest::kPresent : message.step - 1;
+      break;
     default:
       return false;
   }
-  const bool has_place = message.request >= teacher_t::POINT;
+  const bool has_place = message.request == teacher_t::POINT || message.request == teacher_t::BLEED;
   if (has_place && !(IsInPicture(message.x) && IsInPicture(message.y))) return false;
   request->x = has_place ? message.x : 0;
   request->y = has_place ? message.y : 0;

@@ -8,6 +8,7 @@
 #include <string>
 #include <thread>
 
+#include "engine/snapshots.h"
 #include "engine/threads/spsc_queue.h"
 
 namespace lcm {
@@ -19,10 +20,11 @@ namespace hpdm {
 
 /// A checked request of a teacher (teacher.lcm).
 struct TeacherRequest {
-  enum class Kind { kPause, kContinue, kPoint, kBleed };
+  enum class Kind { kPause, kContinue, kPoint, kBleed, kRestart };
   Kind kind = Kind::kPause;
-  double x = 0, y = 0;          ///< Place in the picture, 0..1 from its left and top.
-  std::array<char, 64> text{};  ///< Ends with a zero.
+  int step = RestartRequest::kPresent;  ///< As in RestartRequest.
+  double x = 0, y = 0;                  ///< Place in the picture, 0..1 from its left and top.
+  std::array<char, 64> text{};          ///< Ends with a zero.
 };
 
 /// Reads a message. Returns false if it is none, its request is unknown, its place is outside the picture,

@@ -175,9 +175,9 @@ void EventReporter::AddAttachments(const StepSample& sample) {
 void EventReporter::AddLumens(const StepSample& sample) {
   const auto count = std::min(lumens_.size(), ToSize(sample.lumen_count));
   for (std::size_t l = 0; l < count; ++l) {
-    if (!sample.lumens[l].perforated) continue;
-    AddOnce(&perforated_[l], EventSeverity::kWarning, kPerforated.data(),
-            PerforatedText(lumens_[l]));
+    const bool was = std::exchange(perforated_[l], sample.lumens[l].perforated);
+    if (!perforated_[l] || was) continue;
+    sink_(EventSeverity::kWarning, kPerforated.data(), PerforatedText(lumens_[l]));
   }
 }
 
@@ -231,6 +231,7 @@ void EventReporter::AddShedding(int level) {
 
 void EventReporter::Add(const ExerciseEvaluator& exercise) {
   const ExerciseResult& result = exercise.result();
+  AddRestarts(exercise);
   for (; exercise_errors_ < result.errors.size(); ++exercise_errors_) {
     const ExerciseError& error = result.errors[exercise_errors_];
     const std::string faults = FaultText(error.clip, "", false);
@@ -242,7 +243,7 @@ void EventReporter::Add(const ExerciseEvaluator& exercise) {
     sink_(EventSeverity::kInfo, "exercise.step",
           "done: " + exercise.options().steps[exercise_steps_].name);
   }
-  for (; bleedings_stopped_ < exercise.BleedingsStopped(); ++bleedings_stopped_) {
+  for (; bleedings_over_ < exercise.BleedingsOver(); ++bleedings_over_) {
     sink_(EventSeverity::kInfo, "exercise.bleeding_stopped", "a clip stops the bleeding");
   }
   if (!result.ended || exercise_ended_) return;
@@ -252,6 +253,22 @@ void EventReporter::Add(const ExerciseEvaluator& exercise) {
                 result.passed ? "all steps done" : "time over", result.time, result.errors.size(),
                 result.score);
   sink_(EventSeverity::kInfo, "exercise.end", text);
+}
+
+// What was reported of the discarded steps does not count any more.
+void EventReporter::AddRestarts(const ExerciseEvaluator& exercise) {
+  const ExerciseResult& result = exercise.result();
+  for (; exercise_restarts_ < result.restarts.size(); ++exercise_restarts_) {
+    const ExerciseRestart& restart = result.restarts[exercise_restarts_];
+    exercise_errors_ -= ToSize(restart.errors);
+    exercise_steps_ = ToSize(restart.step);
+    bleedings_over_ = exercise.BleedingsOver();
+    char text[160];
+    std::snprintf(text, sizeof text, "\"%.60s\" begins again: %.1f s and %d errors do not count",
+                  exercise.options().steps[ToSize(restart.step)].name.c_str(), restart.discarded,
+                  restart.errors);
+    sink_(EventSeverity::kInfo, "exercise.restarted", text);
+  }
 }
 
 void EventReporter::Add(const LoopEvent& event) {

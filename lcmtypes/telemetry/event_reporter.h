@@ -45,7 +45,7 @@ class EventReporter {
   /// Reports organs that invert or recover, attachments that are damaged, tear and are torn through,
   /// layers beyond their strength, and steps that change their quality.
   void Add(const StepSample& sample);
-  /// Reports an exercise's steps, errors and end. `exercise`: after the newest step.
+  /// Reports an exercise's steps, errors, restarts and end. `exercise`: after the newest step.
   void Add(const ExerciseEvaluator& exercise);
   /// Publishes a loop's own event. Prints warnings and errors for the user.
   void Add(const LoopEvent& event);
@@ -68,6 +68,7 @@ class EventReporter {
   void AddLumens(const StepSample& sample);
   void AddDucts(const StepSample& sample);
   void AddShedding(int level);
+  void AddRestarts(const ExerciseEvaluator& exercise);
   void AddOnce(bool* reported, EventSeverity severity, const char* name, const std::string& text);
 
   /// State of a device that was last printed for the user.
@@ -100,7 +101,8 @@ class EventReporter {
   std::array<bool, kMaxLumens> perforated_{};
   std::array<DuctOutcome, kMaxDucts> duct_outcomes_{};    // of the last step
   std::size_t exercise_steps_ = 0, exercise_errors_ = 0;  // reported so far
-  int bleedings_stopped_ = 0;                             // the same
+  int bleedings_over_ = 0;                                // the same
+  std::size_t exercise_restarts_ = 0;                     // the same
   bool exercise_ended_ = false;
   int shed_level_ = 0;           // of the last step
   std::uint64_t overflows_ = 0;  // reported so far

@@ -161,12 +161,20 @@ void TelemetryLoop::Handle(const StepSample& sample) {
     events_.Add(*exercise_);
     health_.Add(exercise_->Status());
     SendExercise(sample.step.time_ns);
+    SendProgress();
     exercise_ended_.store(exercise_->result().ended, std::memory_order_release);
-    bleedings_stopped_.store(exercise_->BleedingsStopped(), std::memory_order_release);
+    bleedings_over_.store(exercise_->BleedingsOver(), std::memory_order_release);
   }
   contact_t contact;
   ToMessage(sample, kNeverVisible, &contact);
   matcher_.AddStep(std::move(contact));
+}
+
+// Tells the deformation loop the present step.
+void TelemetryLoop::SendProgress() {
+  if (options_.progress == nullptr) return;
+  options_.progress->Back() = exercise_->Progress();
+  options_.progress->Publish();
 }
 
 // Sends the exercise's state if a step, an error or the end has come, or a while after the last time.
@@ -176,6 +184,7 @@ void TelemetryLoop::SendExercise(Nanoseconds time) {
   exercise_t& message = exercise_message_;
   const bool first = message.sequence == 0;
   const bool changed = message.step != status.step || message.error_count != status.errors ||
+                       message.restarts != status.restarts ||
                        message.ended != static_cast<std::int8_t>(status.ended);
   const Nanoseconds period = status.ended ? kShapeRepeat : kExercisePeriod;
   if (!first && !changed && time < message.time_ns + period) return;
@@ -190,6 +199,7 @@ void TelemetryLoop::SendExercise(Nanoseconds time) {
   message.score = status.score;
   message.ended = status.ended;
   message.passed = status.passed;
+  message.restarts = status.restarts;
   message.name = options.name;
   const auto step = ToSize(status.step);
   message.instruction.clear();

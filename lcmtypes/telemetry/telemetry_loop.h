@@ -47,7 +47,9 @@ struct TelemetryOptions {
   /// outside the haptic path (files, pictures, network). Called at once on the telemetry thread; it may block.
   std::function<void(const std::string&)> tell = nullptr;
   TripleBuffer<SessionHealth>* health = nullptr;  ///< For the render loop, 10 times a second.
-  Histogram baseline = {};                        ///< Wake-ups of an empty loop before the session.
+  /// For the deformation loop's checkpoints, after every step of a scene with an exercise; may be null.
+  TripleBuffer<ExerciseProgress>* progress = nullptr;
+  Histogram baseline = {};  ///< Wake-ups of an empty loop before the session.
   /// Returns the CPU steal time so far (stolen_time.h). Called once a second; null in the lockstep
   /// clock.
   std::function<Nanoseconds()> stolen_time = nullptr;
@@ -113,7 +115,7 @@ class TelemetryLoop {
   /// True once the scene's exercise has ended. Any thread.
   bool ExerciseEnded() const { return exercise_ended_.load(std::memory_order_acquire); }
   /// Number of the exercise's bleedings that were stopped. Any thread.
-  int BleedingsStopped() const { return bleedings_stopped_.load(std::memory_order_acquire); }
+  int BleedingsOver() const { return bleedings_over_.load(std::memory_order_acquire); }
 
  private:
   /// Messages of a channel whose outputs the log may leave out.
@@ -139,6 +141,7 @@ class TelemetryLoop {
   };
 
   void SendExercise(Nanoseconds time);
+  void SendProgress();
   void WriteMeshes(const std::vector<OrganDescription>& organs);
   void Handle(const HapticSample& sample);
   void Handle(const StepSample& sample);
@@ -165,7 +168,7 @@ class TelemetryLoop {
   HealthPublisher health_;
   std::optional<ExerciseEvaluator> exercise_;
   std::atomic<bool> exercise_ended_ = false;
-  std::atomic<int> bleedings_stopped_ = 0;
+  std::atomic<int> bleedings_over_ = 0;
 
   bool finished_ = false;
   Nanoseconds now_ = 0;              // newest session time seen

@@ -101,6 +101,7 @@ std::int32_t ReadBigEndian(const std::uint8_t* bytes) {
 
 void ToMessage(const HapticSample& sample, tool_t* message) {
   ToMessage(logged::kTickInput, sample, message);
+  ToMessage(logged::kRestart, sample.restart, message);
   ToMessage(logged::kSkipped, sample.skipped, message);
   message->tool_count = sample.tool_count;
   message->tools.resize(sample.tool_count);
@@ -113,6 +114,7 @@ bool FromMessage(const tool_t& message, HapticSample* sample) {
   if (!HasCount(message.tool_count, kMaxInstruments, message.tools)) return false;
   sample->tool_count = message.tool_count;
   bool valid = FromMessage(logged::kTickInput, message, sample) &&
+               FromMessage(logged::kRestart, message, &sample->restart) &&
                FromMessage(logged::kSkipped, message, &sample->skipped);
   for (int i = 0; i < message.tool_count; ++i) {
     valid = valid && FromMessage(logged::kToolInput, message.tools[i], &sample->tools[i]);
@@ -167,6 +169,7 @@ void ToMessage(const StepSample& sample, std::int64_t visible_tick, contact_t* m
     ToMessage(logged::kContact, sample.contacts[i], tool);
     ToMessage(logged::kLayerWork, sample.layer_work[i], tool);
     ToMessage(logged::kDuctAction, sample.duct_actions[i], tool);
+    ToMessage(logged::kNearDuct, sample.near_ducts[i], tool);
     for (std::size_t b = 0; b < sample.beside[i].size(); ++b) {
       ToMessage(logged::kBeside, sample.beside[i][b], &tool->beside[b]);
     }
@@ -204,7 +207,8 @@ bool FromMessage(const contact_t& message, StepSample* sample, std::int64_t* vis
             FromMessage(logged::kPose, tool, &sample->tools[i]) &&
             FromMessage(logged::kContact, tool, &sample->contacts[i]) &&
             FromMessage(logged::kLayerWork, tool, &sample->layer_work[i]) &&
-            FromMessage(logged::kDuctAction, tool, &sample->duct_actions[i]);
+            FromMessage(logged::kDuctAction, tool, &sample->duct_actions[i]) &&
+            FromMessage(logged::kNearDuct, tool, &sample->near_ducts[i]);
     for (std::size_t b = 0; b < sample->beside[i].size(); ++b) {
       sample->beside[i][b] = {};
       sample->beside[i][b].kind =

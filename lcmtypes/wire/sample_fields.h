@@ -60,6 +60,9 @@ inline constexpr std::tuple kTickInput{
     Field({"device_time_ns"}, &tool_t::device_time_ns, &HapticSample::device_time_ns),
     Field({"wake_late_ns", kNotCompared}, &tool_t::wake_late_ns, &HapticSample::wake_late_ns),
     Field({"paused"}, &tool_t::paused, &HapticSample::paused)};
+inline constexpr std::tuple kRestart{
+    Field({.name = "restart.count", .range = kCount}, &tool_t::restarts, &RestartRequest::count),
+    Field({"restart.step"}, &tool_t::restart_step, &RestartRequest::step)};
 inline constexpr std::tuple kSkipped{
     Field({"skipped.late_wake_up", kNotCompared}, &tool_t::skipped_late_wake_up,
           &SkippedTicks::late_wake_up),
@@ -107,7 +110,9 @@ inline constexpr std::tuple kStep{
     Field({"compute_ns", kNotCompared}, &contact_t::compute_ns, &StepRecord::compute_ns),
     Field({"iterations"}, &contact_t::iterations, &StepRecord::iterations),
     Field({"flags"}, &contact_t::flags, &StepRecord::flags),
-    Field({"shed_level"}, &contact_t::shed_level, &StepRecord::shed_level)};
+    Field({"shed_level"}, &contact_t::shed_level, &StepRecord::shed_level),
+    Field({"kept_step"}, &contact_t::kept_step, &StepRecord::kept_step),
+    Field({"restarted_step"}, &contact_t::restarted_step, &StepRecord::restarted_step)};
 // Visited last: the residual of a converged iteration consists of rounding errors.
 inline constexpr std::tuple kResidual{
     Field({"residual", FieldUse::kRelative}, &contact_t::residual, &StepRecord::residual)};
@@ -157,6 +162,9 @@ inline constexpr std::tuple kDuctAction{
     Field({.name = "duct_coverage", .range = kShare}, &tool_contact_t::duct_coverage,
           &DuctAction::coverage),
     Field({"duct_place_W"}, &tool_contact_t::p_duct, &DuctAction::place_W)};
+inline constexpr std::tuple kNearDuct{
+    Field({.name = "near_duct", .range = kDuctIndex}, &tool_contact_t::near_duct, &NearDuct::duct),
+    Field({"near_duct_gap"}, &tool_contact_t::near_duct_gap, &NearDuct::gap)};
 inline constexpr std::tuple kContact{
     Field({"organ"}, &tool_contact_t::organ, &SolvedContact::organ),
     Field({.name = "kind", .range = kKind}, &tool_contact_t::kind, &SolvedContact::kind),
@@ -197,6 +205,7 @@ void VisitValues(const Fields& fields, int tool, Visit&& visit, Objects&... obje
 template <typename Visit, typename Sample, typename... Samples>
 void VisitInput(Visit&& visit, Sample& first, Samples&... others) {
   VisitValues(logged::kTickInput, -1, visit, first, others...);
+  VisitValues(logged::kRestart, -1, visit, first.restart, others.restart...);
   VisitValues(logged::kSkipped, -1, visit, first.skipped, others.skipped...);
   for (int t = 0; t < first.tool_count; ++t) {
     VisitValues(logged::kToolInput, t, visit, first.tools[t], others.tools[t]...);
@@ -231,6 +240,7 @@ void VisitStep(Visit&& visit, Sample& first, Samples&... others) {
     VisitValues(logged::kContact, t, visit, first.contacts[t], others.contacts[t]...);
     VisitValues(logged::kLayerWork, t, visit, first.layer_work[t], others.layer_work[t]...);
     VisitValues(logged::kDuctAction, t, visit, first.duct_actions[t], others.duct_actions[t]...);
+    VisitValues(logged::kNearDuct, t, visit, first.near_ducts[t], others.near_ducts[t]...);
     for (std::size_t b = 0; b < first.beside[t].size(); ++b) {
       VisitValues(logged::kBeside, t, visit, first.beside[t][b], others.beside[t][b]...);
     }

@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kErrorShown = 4;       // s for which an error stays on the screen
 constexpr double kClipErrorShown = 8;   // s: the figures take longer to read
+constexpr double kRestartShown = 6;     // s
 constexpr std::size_t kMaxResult = 26;  // lines that fit on the picture
 
 // Returns the name of the last error, or of a clip its faults with their figures.
@@ -39,6 +40,9 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
   if (status.last_error >= 0 && status.time - status.last_error_time < shown) {
     AddWrapped(LastErrorText(status, exercise), Tone::kAlarm, &lines);
   }
+  if (status.restarts > 0 && status.time - status.restarted < kRestartShown) {
+    lines.push_back({"begins again: instruments have let go", Tone::kWarning});
+  }
   if (step < exercise.steps.size()) {
     AddWrapped(
         Format("%zu/%zu ", step + 1, exercise.steps.size()) + exercise.steps[step].instruction,
@@ -59,7 +63,8 @@ std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const Exercise
        status.passed ? Tone::kGood : Tone::kWarning},
       {exercise.name +
        Format(": %d of %zu steps in %.1f s, ", status.step, exercise.steps.size(), status.time) +
-       CountOf(status.errors, "error")}};
+       CountOf(status.errors, "error") +
+       (status.restarts > 0 ? ", " + CountOf(status.restarts, "restart") : "")}};
   for (std::size_t s = 0; s < std::min(exercise.steps.size(), kShownSteps); ++s) {
     const bool done = static_cast<int>(s) < status.step;
     lines.push_back({exercise.steps[s].name,

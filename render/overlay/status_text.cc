@@ -174,8 +174,14 @@ void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
   }
 }
 
+// Returns the radius of a tool's tip, m; 0 if the names do not have it.
+double TipRadius(const StatusNames& names, int tool, int instrument_index) {
+  const auto t = static_cast<std::size_t>(tool), i = static_cast<std::size_t>(instrument_index);
+  return t < names.tip_radii.size() && i < names.tip_radii[t].size() ? names.tip_radii[t][i] : 0;
+}
+
 // Returns what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm
-// liver" or "free".
+// into liver", "12 mm from liver", or "free" if no organ is near.
 StatusLine ContactLine(const Status& status, const StatusNames& names, int tool) {
   const SessionHealth::Tool& health = status.health.tools[tool];
   const SolvedContact& contact = status.scene.contacts[tool];
@@ -186,6 +192,14 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
   if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
     return {"in " + names.layers[layer], Tone::kGood};
   }
+  if (health.organ < 0 && contact.organ >= 0) {
+    const ToolPose& pose = status.scene.tools[tool];
+    const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
+                            TipRadius(names, tool, pose.instrument_index);
+    return {
+        Format("%.0f mm from ", 1e3 * std::max(0.0, distance)) + OrganName(names, contact.organ),
+        Tone::kDim};
+  }
   if (health.organ < 0) return {"free", Tone::kDim};
   return {Format("%.1f mm into ", 1e3 * health.depth) + OrganName(names, health.organ),
           health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
@@ -193,6 +207,30 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
 
 // s for which a closing that found no duct is shown, and m up to which it was near one.
 constexpr double kMissShown = 6, kMissNear = 0.015;
+
+// rad: a duct this near to square needs no roll.
+constexpr double kSquare = 5 * kDegree;
+
+// Adds the duct between the open jaws of a clip applier and how a clip would lie on it.
+void AddClipAhead(const ToolReadout& readout, const StatusNames& names,
+                  std::vector<StatusLine>* lines) {
+  const DuctAction& clip = readout.clip_ahead;
+  const auto duct = static_cast<std::size_t>(clip.duct);
+  if (clip.duct < 0 || duct >= names.ducts.size()) return;
+  lines->push_back({"between jaws: " + names.ducts[duct], Tone::kGood});
+  if (clip.coverage < 1) lines->push_back({"not across all of it: push in", Tone::kWarning});
+  if (clip.angle < kSquare) {
+    lines->push_back({"square", Tone::kGood});
+  } else if (std::abs(readout.clip_roll) < kSquare) {
+    lines->push_back(
+        {Format("%.0f\u00b0 oblique: shift the tip", clip.angle / kDegree), Tone::kWarning});
+  } else {
+    lines->push_back(
+        {Format("%.0f\u00b0 oblique: roll %.0f\u00b0, key %s", clip.angle / kDegree,
+                std::abs(readout.clip_roll) / kDegree, readout.clip_roll > 0 ? "e" : "q"),
+         Tone::kWarning});
+  }
+}
 
 // Adds what a clip applier's magazine holds, and what jaws have just missed.
 void AddReadout(const Status& status, const StatusNames& names, int tool,
@@ -204,6 +242,7 @@ void AddReadout(const Status& status, const StatusNames& names, int tool,
     lines->push_back({Format("clips left: %d", readout.clips_left),
                       readout.clips_left == 0 ? Tone::kWarning : Tone::kPlain});
   }
+  AddClipAhead(readout, names, lines);
   const auto duct = static_cast<std::size_t>(readout.missed_duct);
   const double age = ToSeconds(status.scene.step.time_ns - readout.missed_ns);
   if (readout.missed_duct < 0 || duct >= names.ducts.size() || age > kMissShown ||

@@ -21,6 +21,7 @@ struct StatusNames {
   std::optional<ExerciseOptions> exercise = {};
   std::vector<std::string> layers = {};  ///< Of the attachments.
   std::vector<std::string> ducts = {};
+  std::vector<std::vector<double>> tip_radii = {};  ///< As `instruments`, m.
 };
 
 /// Inputs of the text at one frame.

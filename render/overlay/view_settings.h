@@ -30,6 +30,7 @@ struct ViewSettings {
   bool guidance = true;           ///< Show what an exercise asks for next.
   bool click_takes = false;       ///< Show the hint that a click takes the active instrument.
   bool has_reference = false;     ///< kOverlayError has a reference.
+  bool has_exercise = false;      ///< The scene has one, which can restart.
   bool paused = false;            ///< Show "PAUSED".
   bool recording = false;         ///< Write frames.
   std::uint64_t screenshots = 0;  ///< Number of requests so far.

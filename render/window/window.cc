@@ -62,6 +62,8 @@ int KeyOf(int key, int scancode) {
       return kKeyPageDown;
     case GLFW_KEY_HOME:
       return kKeyHome;
+    case GLFW_KEY_BACKSPACE:
+      return kKeyBackspace;
     case GLFW_KEY_SPACE:
       return ' ';
     default:

@@ -19,6 +19,7 @@ enum Key : int {
   kKeyPageUp,
   kKeyPageDown,
   kKeyHome,
+  kKeyBackspace,
 };
 
 enum class MouseButton { kLeft, kRight, kMiddle };

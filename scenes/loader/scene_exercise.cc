@@ -182,6 +182,7 @@ constexpr ErrorKind kKinds[] = {
     {ExerciseErrorKind::kBadClip, "clip badly placed", kClipAngle},
     {ExerciseErrorKind::kWrongClip, "clip on the wrong structure", 0},
     {ExerciseErrorKind::kLostClip, "clip lost", 0},
+    {ExerciseErrorKind::kWrongCut, "cut into the wrong structure", 0},
     {ExerciseErrorKind::kEarlyClip, "clipped too early", 0},
     {ExerciseErrorKind::kEarlyCut, "cut too early", 0},
     {ExerciseErrorKind::kBadCut, "cut outside the clips", 0},
@@ -191,10 +192,12 @@ constexpr ErrorKind kKinds[] = {
 };
 constexpr ExerciseErrorKind kWithOrgan[] = {
     ExerciseErrorKind::kForce, ExerciseErrorKind::kTear,      ExerciseErrorKind::kBurn,
-    ExerciseErrorKind::kDrop,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kPerforation};
+    ExerciseErrorKind::kDrop,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kPerforation,
+    ExerciseErrorKind::kWrongCut};
 constexpr ExerciseErrorKind kWithDuct[] = {
     ExerciseErrorKind::kBadClip,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kEarlyClip,
-    ExerciseErrorKind::kEarlyCut, ExerciseErrorKind::kBadCut,    ExerciseErrorKind::kStretch};
+    ExerciseErrorKind::kEarlyCut, ExerciseErrorKind::kBadCut,    ExerciseErrorKind::kStretch,
+    ExerciseErrorKind::kNearBurn};
 constexpr double kMostStretch = 10;  // times a duct's first length
 constexpr double kDegree = std::numbers::pi / 180;
 
@@ -218,11 +221,17 @@ int ReadBefore(const TableReader& table, const std::vector<ExerciseStepOptions>&
   return static_cast<int>(found - steps.begin());
 }
 
-// Reads the line that the tip must not be near, or along which an organ may be laid down.
+// Reads the line that the tip must not be near, if no duct is named, or along which an organ may be laid
+// down.
 void ReadNearness(const TableReader& table, ExerciseErrorOptions* error) {
   if (error->kind == ExerciseErrorKind::kNearBurn) {
-    table.Require("path", "give the points of a line in m, such as a bile duct's axis");
-    table.Require("within", "give the distance from the line in m");
+    if (!table.Has("duct")) {
+      table.Require("path",
+                    "give the points of a line in m, such as a bile duct's axis, or a duct");
+    } else if (table.Has("path")) {
+      table.Fail("path", "cannot be combined with a duct", "leave one out");
+    }
+    table.Require("within", "give the distance in m");
   } else if (error->kind == ExerciseErrorKind::kDrop) {
     RequireBeside(table, "path", "within");
     RequireBeside(table, "within", "path");
@@ -263,6 +272,7 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
                     {"bad_clip", ExerciseErrorKind::kBadClip},
                     {"wrong_clip", ExerciseErrorKind::kWrongClip},
                     {"dropped_clip", ExerciseErrorKind::kLostClip},
+                    {"wrong_cut", ExerciseErrorKind::kWrongCut},
                     {"early_clip", ExerciseErrorKind::kEarlyClip},
                     {"early_cut", ExerciseErrorKind::kEarlyCut},
                     {"cut_outside_clips", ExerciseErrorKind::kBadCut},
@@ -280,6 +290,9 @@ ExerciseErrorOptions ReadError(const TableReader& table, const Scene& scene,
     error.attachment = ReadAttachmentIndex(table, "organ", {}, scene).value_or(-1);
   } else {
     error.organ = ReadOrganIndex(table, "organ", scene).value_or(-1);
+  }
+  if (error.kind == ExerciseErrorKind::kWrongCut) {
+    table.Require("organ", "name the organ that must not be cut");
   }
   error.ducts = ReadDucts(table, "duct", scene);
   if (error.kind == ExerciseErrorKind::kWrongClip && error.ducts.empty() && error.organ < 0) {
@@ -355,9 +368,10 @@ ExerciseOptions ReadExercise(const TableReader& table, const Scene& scene) {
   }
   for (std::size_t hand = 0; hand < scene.instruments.size(); ++hand) {
     for (int held = 0; held < scene.instruments[hand].HeldCount(); ++held) {
-      if (scene.instruments[hand].Held(held).type == InstrumentType::kHook) {
-        exercise.hooks.push_back({static_cast<int>(hand), held});
-      }
+      const ExerciseTool tool{static_cast<int>(hand), held};
+      const InstrumentType type = scene.instruments[hand].Held(held).type;
+      if (type == InstrumentType::kHook) exercise.hooks.push_back(tool);
+      if (type == InstrumentType::kScissors) exercise.scissors.push_back(tool);
     }
   }
   return exercise;

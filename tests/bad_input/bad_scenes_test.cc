@@ -527,6 +527,8 @@ void AddExercises(Scenes* s) {
   exercise("with a bad clip of an organ", step, "kind='bad_clip'\norgan='liver'\n");
   exercise("with a clip turned by 100 degrees", step, "kind='bad_clip'\nlimit=100\n");
   exercise("with a wrong clip of nothing", step, "kind='wrong_clip'\n");
+  exercise("with a wrong cut of nothing", step, "kind='wrong_cut'\n");
+  exercise("with a burn near no duct", step, "kind='near_burn'\nduct='aorta'\nwithin=0.005\n");
   exercise("with a limit of lost clips", step, "kind='dropped_clip'\nlimit=1\n");
   exercise("with a force on a duct", step, "kind='force'\nduct='aorta'\n");
   exercise("with an early cut without a step", step, "kind='early_cut'\n");

@@ -62,6 +62,40 @@ TEST_F(SessionControlTest, TheNewTipIsFeltByItsOwnRadiusAndPatchesAndWithoutASte
   EXPECT_NEAR(last, kStiffness * (kThick - height), 1e-4);
 }
 
+// Until a step knows of the restart its patches hold the tissue of before.
+TEST_F(SessionControlTest, ARestartLetsGoAtTheSlewLimitAndTheForceRampsIn) {
+  bench_.stiffness = 2000;
+  bench_.device.MoveTip({0, 0, 0.0005});
+  const double full = Run(700).tools[0].force_W.norm();
+  ASSERT_GT(full, 3);
+  bench_.PublishPatch();  // of a step that did not know
+  SessionControl asked;
+  asked.restart = {1, 2};
+  bench_.Ask(asked);
+  double last = full;
+  for (int i = 0; i < 10; ++i) {
+    const HapticSample sample = bench_.Tick();
+    EXPECT_EQ(sample.restart.count, 1);
+    EXPECT_EQ(sample.tools[0].kind, ContactKind::kNone);
+    const double force = sample.tools[0].force_W.norm();
+    EXPECT_LE(std::abs(force - last), 2 + 1e-9) << "2000 N/s";
+    last = force;
+  }
+  EXPECT_EQ(last, 0);
+  bench_.tool_states.Update();
+  EXPECT_EQ(bench_.tool_states.Front().restart.step, 2);
+  HapticSample sample;
+  for (int i = 0; i < 600; ++i) {
+    if (i % 33 == 0) bench_.PublishPatch();
+    sample = bench_.Tick();
+    const double force = sample.tools[0].force_W.norm();
+    EXPECT_LT(force - last, 0.02) << "half a second to full force";
+    last = force;
+  }
+  EXPECT_EQ(sample.tools[0].kind, ContactKind::kPress);
+  EXPECT_NEAR(last, full, 1e-3 * full);
+}
+
 TEST_F(SessionControlTest, AnInstrumentThatTheHandDoesNotHaveIsIgnored) {
   for (const int instrument_index : {-1, 2, 1 << 30}) {
     bench_.Ask(Take(instrument_index));

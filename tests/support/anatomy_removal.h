@@ -78,7 +78,7 @@ inline Scene RemovalOf(AnatomyVariant variant, std::uint64_t seed, const std::st
   }
   for (ExerciseStepOptions& step : scene.exercise->steps) step.freed_area = 3e-5;
   for (ExerciseErrorOptions& error : scene.exercise->errors) {
-    if (error.kind == ExerciseErrorKind::kNearBurn) error.path_W = axis;
+    if (error.kind == ExerciseErrorKind::kNearBurn && error.ducts.empty()) error.path_W = axis;
   }
   scene.instruments[1].geometry.power = 400;
   return scene;

@@ -106,6 +106,7 @@ class ErringSurgeon : public RemovalSurgeon {
     return {last, last - 0.0033, last - 0.0075};
   }
   double SegmentLength() const { return RodOf(kCysticDuct).rest_length() / kDuctSegments; }
+  double RadiusOf(Duct duct) const { return session_.model().scene().ducts[duct].radius; }
   double LumenHalf() const {
     const DuctOptions& duct = session_.model().scene().ducts[kCysticDuct];
     return std::numbers::pi / 2 * (duct.radius - duct.wall);
@@ -169,10 +170,10 @@ inline std::vector<RemovalError> RemovalErrors() {
       return true;
     };
   };
-  const auto close_at = [](S::Organ vessel, double depth) {
+  const auto close_at = [](int tool, S::Organ vessel, double depth) {
     return [=](S* s) {
       const S::Place place = s->Bare(vessel);
-      s->Change(S::kClipApplier);
+      s->Change(tool);
       s->GoTo(place, depth);
       s->Jaws(S::kRight, 0);
       s->Step(2);
@@ -184,8 +185,8 @@ inline std::vector<RemovalError> RemovalErrors() {
   const auto on_vessel = [&](const std::string& name, S::Organ vessel) {
     return RemovalError{"jaws 1 mm above and on the " + name,
                         "clip on the " + name,
-                        close_at(vessel, -0.001),
-                        close_at(vessel, 0.0005),
+                        close_at(S::kClipApplier, vessel, -0.001),
+                        close_at(S::kClipApplier, vessel, 0.0005),
                         RemovalError::kAfter,
                         {lost}};
   };
@@ -195,6 +196,18 @@ inline std::vector<RemovalError> RemovalErrors() {
       const bool rigid = organ == S::kBileDuct;
       s->GoTo(rigid ? s->Bare(organ) : s->SurfaceNear(organ, near_W), rigid ? 0.0003 : 0.001);
       s->Pedal(steps);
+      s->BackOff();
+      return true;
+    };
+  };
+  // The hook's surface is so far above that of the artery's middle; below it if negative.
+  const auto burn_artery = [](double gap) {
+    return [=](S* s) {
+      s->Change(S::kHook);
+      const Vector3d middle_W = s->RodOf(S::kCysticArtery).node(kDuctSegments / 2);
+      const Vector3d outward_W = (s->port_W() - middle_W).normalized();
+      s->GoTo({middle_W + s->RadiusOf(S::kCysticArtery) * outward_W, outward_W}, -gap);
+      s->Pedal(11);
       s->BackOff();
       return true;
     };
@@ -348,6 +361,14 @@ inline std::vector<RemovalError> RemovalErrors() {
        {"burn within 5 mm of the bile duct"}},
       {"energised 5.3 and 4.7 mm from the bile duct", "burn within 5 mm of the bile duct",
        burn_near(0.0053), burn_near(0.0047)},
+      {"scissors that close 1 mm above and on the bile duct", "cut into the bile duct",
+       close_at(S::kScissors, S::kBileDuct, -0.001), close_at(S::kScissors, S::kBileDuct, 0.0005)},
+      {"energised 1.5 mm from the cystic artery and on it",
+       "burn of the cystic artery",
+       burn_artery(0.0015),
+       burn_artery(-0.0003),
+       RemovalError::kAfter,
+       {"burn of the gallbladder's wall", "perforation of the gallbladder"}},
       {"0.47 and 0.57 s energised in the air", "hook energised away from tissue", pedal(14),
        pedal(17)},
       {"let go at 11.5 and 12.1 mm of lift", "the gallbladder was dropped", drop_at(0.0115),

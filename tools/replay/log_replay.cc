@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "engine/base/error.h"
+#include "engine/checkpoints.h"
 #include "engine/threads/session_clock.h"
 #include "haptics/device/replay_device.h"
 
@@ -34,10 +35,12 @@ class Player {
         haptics_(
             Instruments(), session->haptic_period_ns(),
             {session->tool_states, session->patches, session->samples, nullptr, &session->control}),
+        checkpoints_(session->ExerciseSteps()),
         deformation_(session->organs(), session->DeformationTools(),
                      {session->tool_states, session->patches, *session->render_scenes,
-                      *session->telemetry_scenes, &session->steps},
+                      *session->telemetry_scenes, &session->steps, &checkpoints_},
                      nullptr, 0, session->scene().attachments, session->scene().ducts) {
+    checkpoints_.MakeRoom(deformation_);
     replay_.comparison = FieldComparison(tolerance);
     replay_.tool_count = static_cast<int>(devices_.size());
     replay_.steps_logged = log.steps().size() + log.steps_unusable();
@@ -165,6 +168,7 @@ class Player {
   Session& session_;
   std::vector<std::unique_ptr<ReplayDevice>> devices_;
   HapticLoop haptics_;
+  Checkpoints checkpoints_;
   DeformationLoop deformation_;
   LogReplay replay_;
   ForceDifferences forces_;
@@ -176,6 +180,7 @@ class Player {
 
 SessionControl ControlOf(const HapticSample& sample) {
   SessionControl control{.paused = sample.paused};
+  control.restart = sample.restart;
   for (int t = 0; t < sample.tool_count; ++t) {
     control.instrument_index[t] = sample.tools[t].instrument_index;
     control.pedal[t] = sample.tools[t].pedal;

@@ -39,6 +39,7 @@ std::vector<TraceTick> ReadTrace(const std::string& path) {
     tick.tick = logged.sample.tick;
     tick.has_output = logged.has_output;
     tick.control = ControlOf(logged.sample);
+    tick.control.restart = {};  // this replay keeps no states to return to
     for (int t = 0; t < logged.sample.tool_count; ++t) {
       const ToolSample& from = logged.sample.tools[t];
       tick.tools[t] = {from.joints, from.force_W, logged.sample.time_ns - from.device_time_ns,

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "engine/base/error.h"
+#include "engine/checkpoints.h"
 #include "engine/threads/stolen_time.h"
 #include "lcmtypes/live/network.h"
 #include "lcmtypes/live/wall_time.h"
@@ -53,6 +54,7 @@ RenderContextFactory OpenDisplay(const RunOptions& options, const RenderOptions&
   view.scope = session->scene().laparoscope;
   view.overlays = kOverlayText | render.overlays;
   view.has_reference = !options.references.empty();
+  view.has_exercise = session->ExerciseSteps() > 0;
   view.recording = options.frames_per_second.value_or(0) > 0;
   window->emplace(
       render.width, render.height, "HPDM: " + session->scene().name, view,
@@ -119,8 +121,10 @@ void SetPictureFolders(const RunOptions& options, const SessionFolder& folder,
 }
 
 TelemetryOptions TelemetryOptionsOf(const RunOptions& options, const MachineState& machine,
-                                    const SessionFolder& folder, Session* session) {
+                                    const SessionFolder& folder, Checkpoints* checkpoints,
+                                    Session* session) {
   TelemetryOptions telemetry;
+  telemetry.progress = &checkpoints->progress();
   telemetry.live = options.live;
   telemetry.forces_linked = session->HasExternalDevice();
   telemetry.timeline_path = folder.File("timeline.csv");
@@ -171,7 +175,7 @@ Prepared Prepare(RunOptions* options) {
   prepared.devices = ChooseDevices(options->devices, prepared.scene.instruments, options->window);
   if (options->Lockstep()) CheckLockstep(*options, prepared.devices);
   prepared.controls =
-      ParseControls(options->exchanges, options->pedals, prepared.scene.instruments);
+      ParseControls({options->exchanges, options->pedals, options->restarts}, prepared.scene);
   if (options->pictures && !options->window) EglContext();  // a machine that cannot draw
   if (!no_window.empty()) std::cerr << "hpdm: " + no_window + "\n";
   return prepared;
@@ -267,18 +271,21 @@ void Run(RunOptions options, const std::vector<std::string>& command_line) {
       session.HapticInstruments(), session.haptic_period_ns(),
       {session.tool_states, session.patches, session.samples,
        session.HasExternalDevice() ? &session.external_forces : nullptr, &session.control});
+  Checkpoints checkpoints(session.ExerciseSteps());
   DeformationLoop deformation(session.organs(), session.DeformationTools(),
                               {session.tool_states, session.patches, *session.render_scenes,
-                               *session.telemetry_scenes, &session.steps},
+                               *session.telemetry_scenes, &session.steps, &checkpoints},
                               stopwatch, session.scene().timing.StepBudget(),
                               session.scene().attachments, session.scene().ducts);
+  checkpoints.MakeRoom(deformation);
   RenderLoop render(
       OrganVisualsOf(options, session), session.InstrumentVisuals(), session.scene().laparoscope,
       render_options, RenderEdges(options, &session),
       measured ? stopwatch : [] { return Nanoseconds{0}; }, make_context);
   TelemetryLoop telemetry(&session.samples, &session.steps, session.telemetry_scenes.get(),
                           folder.File(kSessionLogName),
-                          TelemetryOptionsOf(options, machine, folder, &session), session.Info());
+                          TelemetryOptionsOf(options, machine, folder, &checkpoints, &session),
+                          session.Info());
   std::optional<BurnTone> tone;
   if (window && options.sound) tone.emplace();
   if (tone && options.verbose && !tone->failure().empty()) Note(tone->failure());

@@ -114,7 +114,8 @@ void AddRunOptions(Command run, RunOptions* options) {
   run.AddFlag(
       "--window", options->window,
       "Draw in a window; the mouse moves the instruments (F1 lists the keys) [with a display, "
-      "unless --headless, --no-pictures, --film, --json, --exchange, --pedal or --clock lockstep]");
+      "unless --headless, --no-pictures, --film, --json, --exchange, --pedal, --restart or --clock "
+      "lockstep]");
   AddPictureOptions(run, options);
   run.AddOption("--clock", options->clock, "real, or lockstep: one thread, virtual time")
       .OneOf({"real", "lockstep"})
@@ -133,6 +134,11 @@ void AddRunOptions(Command run, RunOptions* options) {
                 "NAME@FROM-TO: the pedal of the hand that began with NAME is pressed between these "
                 "times, s; repeatable")
       .Excludes("--window");
+  run.AddOption(
+         "--restart", options->restarts,
+         "STEP@SECONDS: at that time the exercise returns to the beginning of its step of this "
+         "number, from 1, if it has begun; repeatable")
+      .Excludes("--window");
   run.AddFlag("--left-handed", options->left_handed,
               "The first two instruments exchange their ports (scene.left_handed in "
               "scenes/README.md); the session's scene and log keep it");
@@ -149,9 +155,10 @@ void AddRunOptions(Command run, RunOptions* options) {
       .From(1.0, 1e6);
   run.AddFlag("--live", options->live,
               "Also publish over LCM (LCM_DEFAULT_URL, or this machine's multicast)");
-  run.AddFlag("--teacher", options->teacher,
-              "Also listen to a teacher on the same network: `hpdm teach` pauses, points and lets "
-              "tissue bleed; messages are not authenticated");
+  run.AddFlag(
+      "--teacher", options->teacher,
+      "Also listen to a teacher on the same network: `hpdm teach` pauses, points, lets tissue "
+      "bleed and restarts a step; messages are not authenticated");
   run.AddFlag("--require-rt", options->require_realtime,
               "Exit with 3 if the system refuses real-time scheduling or memory locking");
   Option json = run.AddFlag("--json", options->json, "Print the summary as JSON, and no progress");

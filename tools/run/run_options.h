@@ -24,6 +24,7 @@ struct RunOptions {
   std::vector<std::string> devices;
   std::vector<std::string> exchanges;
   std::vector<std::string> pedals;
+  std::vector<std::string> restarts;
   HandlingLimits limits;
   std::optional<double> log_rate;  ///< Outputs in the log, Hz; empty: every tick's
   std::string palette = "standard";
@@ -43,7 +44,7 @@ struct RunOptions {
   /// True if the options ask for something that nobody needs to watch, or that a window excludes.
   bool Unattended() const {
     return headless || !pictures || film || json || Lockstep() || !exchanges.empty() ||
-           !pedals.empty();
+           !pedals.empty() || !restarts.empty();
   }
   /// Rate of the pictures kept in frames/. In a window the user starts the recording.
   double FramesPerSecond() const { return frames_per_second.value_or(window ? 30 : 2); }

@@ -18,9 +18,10 @@ namespace {
 struct Change {
   Nanoseconds time_ns;
   std::size_t instrument;
-  std::optional<int> instrument_index;  // else the pedal
-  bool pedal;
+  std::optional<int> instrument_index;
+  std::optional<bool> pedal;
   std::string name;
+  std::optional<int> restart_step;
 };
 
 [[noreturn]] void Fail(const char* option, const std::string& argument, const std::string& why) {
@@ -52,10 +53,14 @@ Change ParseExchange(const std::string& argument,
       const std::string held =
           instruments[i].name + "=" + instruments[i].Held(instrument_index).name;
       if (held == names) {
-        return {std::llround(*seconds * 1e9), i, instrument_index, false,
+        return {std::llround(*seconds * 1e9),
+                i,
+                instrument_index,
+                {},
                 "exchange of " + instruments[i].name + " to " +
                     instruments[i].Held(instrument_index).name + " at " + argument.substr(at + 1) +
-                    " s"};
+                    " s",
+                {}};
       }
       AppendToList(held, &known);
     }
@@ -87,23 +92,54 @@ void ParsePedal(const std::string& argument, const std::vector<InstrumentOptions
                         i,
                         {},
                         true,
-                        "pedal of " + name + " at " + argument.substr(at + 1) + " s"});
+                        "pedal of " + name + " at " + argument.substr(at + 1) + " s",
+                        {}});
     changes->push_back(
         {std::llround(*until * 1e9),
          i,
          {},
          false,
-         "release of the pedal of " + name + " after " + argument.substr(at + 1) + " s"});
+         "release of the pedal of " + name + " after " + argument.substr(at + 1) + " s",
+         {}});
     return;
   }
   Fail("--pedal", argument, "unknown instrument; the scene has " + known);
+}
+
+Change ParseRestart(const std::string& argument, const Scene& scene) {
+  if (!scene.exercise) {
+    Fail("--restart", argument, "the scene has no exercise; leave it out");
+  }
+  const auto steps = static_cast<int>(scene.exercise->steps.size());
+  const std::size_t at = argument.rfind('@');
+  int step = 0;
+  std::optional<double> seconds;
+  if (at != std::string::npos) {
+    const auto [stop, error] = std::from_chars(argument.data(), argument.data() + at, step);
+    const bool whole = error == std::errc() && stop == argument.data() + at;
+    if (whole) seconds = SecondsIn(std::string_view(argument).substr(at + 1));
+  }
+  if (!seconds) Fail("--restart", argument, "is not a restart; give STEP@SECONDS, such as 2@30");
+  if (step < 1 || step > steps) {
+    Fail("--restart", argument,
+         "the exercise has no such step; give 1 to " + std::to_string(steps));
+  }
+  return {std::llround(*seconds * 1e9),
+          0,
+          {},
+          {},
+          "restart at step " + std::to_string(step) + " at " + argument.substr(at + 1) + " s",
+          step - 1};
 }
 
 }  // namespace
 
 void ControlScript::Advance(Nanoseconds now_ns, TripleBuffer<SessionControl>* edge) {
   const std::size_t before = next_;
-  while (next_ < controls_.size() && controls_[next_].time_ns <= now_ns) ++next_;
+  for (; next_ < controls_.size() && controls_[next_].time_ns <= now_ns; ++next_) {
+    const std::optional<int>& step = controls_[next_].restart_step;
+    if (step) restart_ = {restart_.count + 1, *step};
+  }
   if (next_ != before) Publish(edge);
 }
 
@@ -112,10 +148,16 @@ void ControlScript::SetPaused(bool paused, TripleBuffer<SessionControl>* edge) {
   Publish(edge);
 }
 
+void ControlScript::Restart(int step, TripleBuffer<SessionControl>* edge) {
+  restart_ = {restart_.count + 1, step};
+  Publish(edge);
+}
+
 void ControlScript::Publish(TripleBuffer<SessionControl>* edge) const {
   SessionControl& control = edge->Back();
   control = next_ > 0 ? controls_[next_ - 1].control : SessionControl{};
   control.paused = control.paused || paused_;
+  control.restart = restart_;
   edge->Publish();
 }
 
@@ -125,14 +167,17 @@ std::vector<std::string> ControlScript::Left() const {
   return names;
 }
 
-ControlScript ParseControls(const std::vector<std::string>& exchanges,
-                            const std::vector<std::string>& pedals,
-                            const std::vector<InstrumentOptions>& instruments) {
+ControlScript ParseControls(const ControlArguments& arguments, const Scene& scene) {
   std::vector<Change> changes;
-  for (const std::string& argument : exchanges) {
-    changes.push_back(ParseExchange(argument, instruments));
+  for (const std::string& argument : arguments.exchanges) {
+    changes.push_back(ParseExchange(argument, scene.instruments));
   }
-  for (const std::string& argument : pedals) ParsePedal(argument, instruments, &changes);
+  for (const std::string& argument : arguments.pedals) {
+    ParsePedal(argument, scene.instruments, &changes);
+  }
+  for (const std::string& argument : arguments.restarts) {
+    changes.push_back(ParseRestart(argument, scene));
+  }
   std::stable_sort(changes.begin(), changes.end(),
                    [](const Change& a, const Change& b) { return a.time_ns < b.time_ns; });
   std::vector<TimedControl> controls;
@@ -140,10 +185,9 @@ ControlScript ParseControls(const std::vector<std::string>& exchanges,
   for (const Change& change : changes) {
     if (change.instrument_index) {
       control.instrument_index[change.instrument] = *change.instrument_index;
-    } else {
-      control.pedal[change.instrument] = change.pedal;
     }
-    controls.push_back({change.time_ns, control, change.name});
+    if (change.pedal) control.pedal[change.instrument] = *change.pedal;
+    controls.push_back({change.time_ns, control, change.name, change.restart_step});
   }
   return ControlScript(std::move(controls));
 }

@@ -1,13 +1,14 @@
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "engine/snapshots.h"
 #include "engine/threads/triple_buffer.h"
-#include "haptics/device/instrument_options.h"
+#include "scenes/loader/scene.h"
 
 namespace hpdm {
 
@@ -16,6 +17,8 @@ struct TimedControl {
   Nanoseconds time_ns = 0;
   SessionControl control;
   std::string name = {};  ///< For people: "exchange of probe to hook at 9 s".
+  /// Step at which the exercise restarts then (RestartRequest). The control's own request is not used.
+  std::optional<int> restart_step = {};
 };
 
 /// Scripted SessionControl changes for unattended runs. One thread, which writes the edge.
@@ -32,6 +35,9 @@ class ControlScript {
   /// Pauses the session, from now on and whatever controls follow, or leaves it to them again.
   void SetPaused(bool paused, TripleBuffer<SessionControl>* edge);
 
+  /// Restarts the exercise at a step, as in RestartRequest.
+  void Restart(int step, TripleBuffer<SessionControl>* edge);
+
   /// Returns the names of the controls whose time no call has reached, in their order.
   std::vector<std::string> Left() const;
 
@@ -41,13 +47,20 @@ class ControlScript {
   std::vector<TimedControl> controls_;
   std::size_t next_ = 0;
   bool paused_ = false;
+  RestartRequest restart_;
 };
 
-/// Parses arguments of --exchange, NAME=OTHER@SECONDS: at that time the hand whose first instrument is
-/// NAME takes OTHER, which is one of its exchanges or NAME itself; and of --pedal, NAME@FROM-TO: the
-/// pedal of that hand is pressed between these times (s). Throws InputError for any other argument.
-ControlScript ParseControls(const std::vector<std::string>& exchanges,
-                            const std::vector<std::string>& pedals,
-                            const std::vector<InstrumentOptions>& instruments);
+/// Arguments of the command line.
+struct ControlArguments {
+  std::vector<std::string> exchanges, pedals, restarts;
+};
+
+/// Parses arguments of
+///   --exchange, NAME=OTHER@SECONDS: at that time the hand whose first instrument is NAME takes OTHER, which
+///       is one of its exchanges or NAME itself;
+///   --pedal, NAME@FROM-TO: the pedal of that hand is pressed between these times (s);
+///   --restart, STEP@SECONDS: the exercise restarts at this step, from 1.
+/// Throws InputError for any other argument.
+ControlScript ParseControls(const ControlArguments& arguments, const Scene& scene);
 
 }  // namespace hpdm

@@ -94,6 +94,7 @@ LockstepSession& LockstepSession::operator=(const LockstepSession& other) {
   exercise_ = other.exercise_;
   events_ = other.events_;
   recorder_ = nullptr;
+  checkpoints_ = nullptr;
   CopyEdges(other);
   AttachLoops();
   return *this;
@@ -139,8 +140,9 @@ HapticLoop::Edges LockstepSession::HapticEdges() {
 }
 
 DeformationEdges LockstepSession::StepEdges() {
-  return {tool_states_, patches_, nobody_, recorder_ == nullptr ? nobody_ : recorder_->scenes(),
-          &step_samples_};
+  return {tool_states_,   patches_,
+          nobody_,        recorder_ == nullptr ? nobody_ : recorder_->scenes(),
+          &step_samples_, checkpoints_.get()};
 }
 
 void LockstepSession::RecordTo(SessionRecorder* recorder) {
@@ -185,6 +187,20 @@ void LockstepSession::Press(std::size_t instrument, bool pressed) {
   control_.Publish();
 }
 
+void LockstepSession::KeepSteps() {
+  HPDM_CHECK(exercise_.has_value());
+  checkpoints_ = std::make_unique<Checkpoints>(exercise_->options().steps.size());
+  deformation_.Attach(StepEdges());
+  checkpoints_->MakeRoom(deformation_);
+}
+
+void LockstepSession::Restart(int step) {
+  control_.Back() = control_.Front();
+  RestartRequest& restart = control_.Back().restart;
+  restart = {restart.count + 1, step};
+  control_.Publish();
+}
+
 void LockstepSession::Step() {
   tick_forces_.clear();
   for (ToolView& tool : tools_) {
@@ -222,6 +238,10 @@ void LockstepSession::StepIfDue() {
     if (exercise_) {
       exercise_->Add(step);
       reporter_.Add(*exercise_);
+      if (checkpoints_ != nullptr) {
+        checkpoints_->progress().Back() = exercise_->Progress();
+        checkpoints_->progress().Publish();
+      }
     }
     if (recorder_ != nullptr) recorder_->Add(step);
   }

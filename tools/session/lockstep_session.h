@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/checkpoints.h"
 #include "engine/deformation_loop.h"
 #include "engine/exercise/exercise_evaluator.h"
 #include "engine/threads/triple_buffer.h"
@@ -79,6 +80,13 @@ class LockstepSession {
   /// Presses or releases the pedal of an instrument, from the next tick on.
   void Press(std::size_t instrument, bool pressed);
 
+  /// Keeps the beginnings of the exercise's steps from now on, so that it can Restart(). Like a recorder
+  /// it is not copied, and a Reset(), SetYoung() or an assignment takes it away.
+  void KeepSteps();
+  /// Returns the tissue and the exercise to the beginning of a step that has begun since KeepSteps(),
+  /// with the next deformation step. All instruments let go.
+  void Restart(int step);
+
   /// Computes one deformation step and the ticks of its period. A step takes the tools of its first
   /// tick and shows `patch_delay_ticks` later, so organs and contacts answer in the next call.
   void Step();
@@ -136,7 +144,8 @@ class LockstepSession {
   TripleBuffer<SessionControl> control_ = TripleBuffer<SessionControl>::OfOneThread();
   SpscQueue<HapticSample> samples_{1};
   SpscQueue<StepSample> step_samples_{1};
-  SessionRecorder* recorder_ = nullptr;  // not copied; before the loop that publishes to it
+  std::unique_ptr<Checkpoints> checkpoints_;  // not copied
+  SessionRecorder* recorder_ = nullptr;       // not copied; before the loop that publishes to it
 
   HapticLoop haptics_;
   DeformationLoop deformation_;

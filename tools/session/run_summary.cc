@@ -223,7 +223,8 @@ Json RunSummary(const Session& session, const RunRecord& record, const Telemetry
                            {"steps_done", exercise.step_times.size()},
                            {"steps", session.scene().exercise->steps.size()},
                            {"errors", exercise.errors.size()},
-                           {"bleedings", exercise.bleedings.size()}};
+                           {"bleedings", exercise.bleedings.size()},
+                           {"restarts", exercise.restarts.size()}};
   }
   if (telemetry.live) {
     summary["live"] = {{"messages", telemetry.live_messages}, {"errors", telemetry.live_errors}};

@@ -45,6 +45,10 @@ class Session {
   const std::vector<OrganModel>& organs() const { return model_->organs(); }
   const std::vector<AttachmentBed>& beds() const { return model_->beds(); }
   const std::vector<DuctModel>& ducts() const { return model_->ducts(); }
+  /// Returns the number of the steps of the scene's exercise; 0 without one.
+  std::size_t ExerciseSteps() const {
+    return scene().exercise ? scene().exercise->steps.size() : 0;
+  }
   const std::vector<Vector3d>& borne_W() const { return model_->borne_W(); }
   /// Returns the device of each instrument.
   const std::vector<DeviceChoice>& device_choices() const { return choices_; }

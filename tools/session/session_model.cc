@@ -362,7 +362,11 @@ StatusNames SessionModel::Names() const {
   for (const InstrumentOptions& options : scene_.instruments) {
     names.trocars_W.push_back(options.p_trocar_W);
     std::vector<std::string>& held = names.instruments.emplace_back();
-    for (int e = 0; e < options.HeldCount(); ++e) held.push_back(options.Held(e).name);
+    std::vector<double>& radii = names.tip_radii.emplace_back();
+    for (int e = 0; e < options.HeldCount(); ++e) {
+      held.push_back(options.Held(e).name);
+      radii.push_back(options.Held(e).geometry.tip_radius);
+    }
   }
   return names;
 }

@@ -55,12 +55,13 @@ bool ExerciseOver(const Loops& loops, const SessionClock& clock, bool has_window
 // Does what the teacher has asked for.
 void HearTeacher(const Loops& loops, Nanoseconds now, bool has_window) {
   if (loops.teacher == nullptr) return;
-  const std::optional<bool> pause = loops.teacher->Handle(now, loops.telemetry.BleedingsStopped());
-  if (!pause) return;
+  const auto [pause, restart_step] = loops.teacher->Handle(now, loops.telemetry.BleedingsOver());
   if (has_window) {
-    loops.window->SetPaused(*pause);
+    if (pause) loops.window->SetPaused(*pause);
+    if (restart_step && !loops.telemetry.ExerciseEnded()) loops.window->Restart(*restart_step);
   } else {
-    loops.exchanges->SetPaused(*pause, &loops.session.control);
+    if (pause) loops.exchanges->SetPaused(*pause, &loops.session.control);
+    if (restart_step) loops.exchanges->Restart(*restart_step, &loops.session.control);
   }
 }
 

@@ -15,20 +15,24 @@ std::string PlaceText(const TeacherRequest& request) {
   return text;
 }
 
+std::string StepText(int step) {
+  return step < 0 ? "its present step" : Format("step %d", step + 1);
+}
+
 }  // namespace
 
-std::optional<bool> TeacherDesk::Handle(Nanoseconds now, int stopped) {
-  std::optional<bool> pause;
-  bool changed = RemoveOld(now, stopped);
+TeacherDesk::Wishes TeacherDesk::Handle(Nanoseconds now, int over) {
+  Wishes wishes;
+  bool changed = RemoveOld(now, over);
   TeacherRequest request;
   while (edges_.requests.Pop(&request)) {
     switch (request.kind) {
       case TeacherRequest::Kind::kPause:
-        pause = true;
+        wishes.pause = true;
         Log("teacher.paused", "the teacher pauses the session");
         break;
       case TeacherRequest::Kind::kContinue:
-        pause = false;
+        wishes.pause = false;
         Log("teacher.continued", "the teacher continues the session");
         break;
       case TeacherRequest::Kind::kPoint:
@@ -41,13 +45,17 @@ std::optional<bool> TeacherDesk::Handle(Nanoseconds now, int stopped) {
         changed = true;
         Log(std::string(kBleeding).c_str(), "a bleeding begins " + PlaceText(request));
         break;
+      case TeacherRequest::Kind::kRestart:
+        wishes.restart_step = request.step;
+        Log("teacher.restart", "the teacher restarts the exercise at " + StepText(request.step));
+        break;
     }
   }
   if (changed) {
     edges_.marks.Back() = marks_;
     edges_.marks.Publish();
   }
-  return pause;
+  return wishes;
 }
 
 // The oldest point makes place for a new mark, or else the oldest bleeding.
@@ -57,7 +65,7 @@ void TeacherDesk::AddMark(const TeacherRequest& request, Nanoseconds now) {
     const auto end = begin + marks_.count;
     const auto point = std::find_if(
         begin, end, [](const PictureMark& mark) { return mark.kind == PictureMark::Kind::kPoint; });
-    if (point == end) ++stopped_;
+    if (point == end) ++removed_;
     Remove(point == end ? 0 : static_cast<int>(point - begin));
   }
   PictureMark& mark = marks_.marks[static_cast<std::size_t>(marks_.count++)];
@@ -75,15 +83,15 @@ void TeacherDesk::Remove(int mark) {
   --marks_.count;
 }
 
-// Removes points that were shown long enough, and stopped bleedings.
-bool TeacherDesk::RemoveOld(Nanoseconds now, int stopped) {
+// Removes points that were shown long enough, and bleedings that are over.
+bool TeacherDesk::RemoveOld(Nanoseconds now, int over) {
   const int before = marks_.count;
   for (int m = 0; m < marks_.count;) {
     const PictureMark& mark = marks_.marks[static_cast<std::size_t>(m)];
     const bool is_point = mark.kind == PictureMark::Kind::kPoint;
-    const bool over = is_point ? now - mark.since_ns >= kPointShown : stopped_ < stopped;
-    if (over && !is_point) ++stopped_;
-    over ? Remove(m) : static_cast<void>(++m);
+    const bool gone = is_point ? now - mark.since_ns >= kPointShown : removed_ < over;
+    if (gone && !is_point) ++removed_;
+    gone ? Remove(m) : static_cast<void>(++m);
   }
   return marks_.count != before;
 }

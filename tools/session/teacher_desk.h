@@ -16,7 +16,7 @@ namespace hpdm {
 ///
 ///     TeacherRequest queue --> [TeacherDesk] --PictureMarks, latest--> render loop
 ///                                  |  '--------LoopEvent queue-------> telemetry: log, exercise
-///                                  '--pause--> window, or controls of the command line
+///                                  '--Wishes--> window, or controls of the command line
 ///
 /// Main thread.
 class TeacherDesk {
@@ -31,20 +31,24 @@ class TeacherDesk {
   };
   explicit TeacherDesk(const Edges& edges) : edges_(edges) {}
 
-  /// Handles the requests that have come by session time `now`. `stopped`: number of the exercise's
-  /// bleedings that were stopped; so many of the oldest marks are gone. Returns the pause that was asked
-  /// for last, if any.
-  std::optional<bool> Handle(Nanoseconds now, int stopped);
+  /// What the teacher asked for last, if anything.
+  struct Wishes {
+    std::optional<bool> pause;
+    std::optional<int> restart_step;  ///< As in RestartRequest.
+  };
+  /// Handles the requests that have come by session time `now`. `over`: number of the exercise's
+  /// bleedings that are over; so many of the oldest marks are gone.
+  Wishes Handle(Nanoseconds now, int over);
 
  private:
   void AddMark(const TeacherRequest& request, Nanoseconds now);
   void Remove(int mark);
-  bool RemoveOld(Nanoseconds now, int stopped);
+  bool RemoveOld(Nanoseconds now, int over);
   void Log(const char* name, const std::string& text);
 
   Edges edges_;
   PictureMarks marks_;
-  int stopped_ = 0;  // bleedings whose marks are gone
+  int removed_ = 0;  // bleedings whose marks are gone
 };
 
 }  // namespace hpdm

@@ -140,6 +140,9 @@ void TrainerInput::Press(int key) {
     case kKeyHome:
       view_.scope = first_scope_;
       break;
+    case kKeyBackspace:
+      Restart(Shift() ? RestartRequest::kPresent - 1 : RestartRequest::kPresent);
+      break;
     case 'a':
       NextOptics();
       break;
@@ -168,6 +171,10 @@ void TrainerInput::SetPaused(bool paused) {
   UpdateJaw();
   UpdatePedal();
   view_.click_takes = !captured_ && HasHand();
+}
+
+void TrainerInput::Restart(int step) {
+  if (view_.has_exercise && !ended_) control_.restart = {control_.restart.count + 1, step};
 }
 
 void TrainerInput::Advance(double seconds) {

@@ -31,6 +31,7 @@ namespace hpdm {
 ///     Shift and mouse or wheel, arrows, PgUp, PgDn   move the scope about its trocar
 ///     +, -; a; comma, period         zoom; optics of 0, 30, 45 degrees; turn them
 ///     Home                           first view
+///     Backspace; Shift and Backspace   begin the exercise's present step again; the one before it
 ///     o, i, p, s, r, F1              overlays, guidance, pause, screenshot, recording, help
 ///     Space or a click               captures the cursor; Space lets it go
 ///     Esc                            ends the session
@@ -59,6 +60,9 @@ class TrainerInput {
 
   /// Pauses or continues the session, as the key p does.
   void SetPaused(bool paused);
+
+  /// Asks for a restart of the exercise, as the key Backspace does. `step`: as in RestartRequest.
+  void Restart(int step);
 
   /// Lets any key that is pressed from now on end the session, but that of the screenshot.
   void EndAtAnyKey() { any_key_ends_ = true; }

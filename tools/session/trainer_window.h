@@ -40,6 +40,9 @@ class TrainerWindow {
   /// Pauses or continues the session, as the key does. The controls are published by Pump.
   void SetPaused(bool paused) { input_.SetPaused(paused); }
 
+  /// Asks for a restart of the exercise, as the key does. `step`: as in RestartRequest.
+  void Restart(int step) { input_.Restart(step); }
+
   /// Lets any key that is pressed from now on end the session, but that of the screenshot.
   void EndAtAnyKey() { input_.EndAtAnyKey(); }
 

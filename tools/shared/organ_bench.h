@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "engine/checkpoints.h"
 #include "engine/deformation_loop.h"
 
 namespace hpdm {
@@ -36,10 +37,22 @@ class OrganBench {
     render = std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, true));
     telemetry_ =
         std::make_unique<TripleBuffer<SceneSnapshot>>(SizedSnapshot(organs_, count, false));
-    loop_ = std::make_unique<DeformationLoop>(organs_, tools,
-                                              DeformationEdges{tools_, patch, *render, *telemetry_},
-                                              nullptr, 0, attachments_, ducts_);
+    loop_ = std::make_unique<DeformationLoop>(organs_, tools, Edges(), nullptr, 0, attachments_,
+                                              ducts_);
   }
+  /// Keeps the states in which an exercise Reaches() its steps. After Start().
+  void KeepSteps(std::size_t steps) {
+    checkpoints_ = std::make_unique<Checkpoints>(steps);
+    loop_->Attach(Edges());
+    checkpoints_->MakeRoom(*loop_);
+  }
+  /// The exercise has reached this step, after so many restarts.
+  void Reach(int step, int restarts = 0) {
+    checkpoints_->progress().Back() = {.step = step, .restarts = restarts};
+    checkpoints_->progress().Publish();
+  }
+  /// Asks for a restart in the next step.
+  void Restart(int step) { restart_ = {restart_.count + 1, step}; }
 
   /// The tool whose shaft lies along z above the tip's centre `p`, m.
   static ToolPose Above(const Vector3d& p) {
@@ -97,11 +110,15 @@ class OrganBench {
   std::unique_ptr<TripleBuffer<SceneSnapshot>> render;
 
  private:
+  DeformationEdges Edges() {
+    return {tools_, patch, *render, *telemetry_, nullptr, checkpoints_.get()};
+  }
   ToolState StateOf(std::span<const ToolPose> tools) {
     ToolState state;
     state.tick = ++tick_;
     state.time_ns = now_;
     state.tool_count = static_cast<int>(tools.size());
+    state.restart = restart_;
     std::copy(tools.begin(), tools.end(), state.tools.begin());
     return state;
   }
@@ -116,6 +133,8 @@ class OrganBench {
   std::vector<DuctOptions> ducts_;
   TripleBuffer<ToolState> tools_;
   std::unique_ptr<TripleBuffer<SceneSnapshot>> telemetry_;
+  std::unique_ptr<Checkpoints> checkpoints_;
+  RestartRequest restart_;
   std::unique_ptr<DeformationLoop> loop_;
   std::uint64_t tick_ = 0;
   Nanoseconds now_ = 0;

@@ -17,6 +17,7 @@ namespace {
 struct TeachOptions {
   std::string request;
   double x = 0.5, y = 0.5;
+  int step = 0;
   std::string text;
 };
 
@@ -26,10 +27,12 @@ teacher_t RequestOf(const TeachOptions& options) {
   message.x = options.x;
   message.y = options.y;
   message.text = options.text;
+  message.step = options.step;
   if (options.request == "pause") message.request = teacher_t::PAUSE;
   if (options.request == "continue") message.request = teacher_t::CONTINUE;
   if (options.request == "point") message.request = teacher_t::POINT;
   if (options.request == "bleed") message.request = teacher_t::BLEED;
+  if (options.request == "restart") message.request = teacher_t::RESTART;
   return message;
 }
 
@@ -59,9 +62,9 @@ void AddTeachCommand(Command app) {
       "--teacher)");
   teach
       .AddOption("request", options->request,
-                 "pause, continue, point (a mark in the picture for 10 s), or bleed (a bleeding "
-                 "until a clip)")
-      .OneOf({"pause", "continue", "point", "bleed"})
+                 "pause, continue, point (a mark in the picture for 10 s), bleed (a bleeding until "
+                 "a clip), or restart (the exercise, at a step)")
+      .OneOf({"pause", "continue", "point", "bleed", "restart"})
       .Required();
   teach.AddOption("--x", options->x, "Place of the mark, of the picture's width from its left")
       .From(0.0, 1.0)
@@ -69,6 +72,8 @@ void AddTeachCommand(Command app) {
   teach.AddOption("--y", options->y, "The same, of its height from its top")
       .From(0.0, 1.0)
       .ShowDefault();
+  teach.AddOption("--step", options->step, "Step that begins again, from 1 [the present one]")
+      .From(1.0, 1e6);
   teach.AddOption("--text", options->text, "Text beside the mark, up to 60 bytes");
   teach.OnRun([options] { Teach(*options); });
 }

@@ -116,6 +116,34 @@ TEST_P(Burning, TakesTheAreaThatTheHeatVaporises) {
   EXPECT_EQ(ActedOutcome(bench).burnt_area, ActedOutcome(bench).freed_area) << "nothing tore";
 }
 
+// The second try burns in the same way, so that both are the same to the last bit.
+TEST(LayerActions, ARestartMendsTheLayer) {
+  const Bed bed;
+  OrganBench bench;
+  bed.AddTo(&bench);
+  ToolOptions hook = With(ToolAction::kBurn);
+  hook.geometries[0].power = 40;
+  bench.Start({hook});
+  bench.KeepSteps(2);
+  const auto burn = [&](double x) {
+    ToolPose tool = InGap(x, 0.001);
+    tool.pedal = true;
+    for (int step = 0; step < 9; ++step) bench.Step(tool);
+    tool.pedal = false;
+    bench.Step(tool);
+    return Damaged(bench);
+  };
+  const double begin = burn(0.002);
+  ASSERT_GT(begin, 0);
+  bench.Reach(1);
+  const double end = burn(-0.008);
+  ASSERT_GT(end, 1.5 * begin);
+  bench.Restart(1);
+  bench.Step(InGap(-0.008, 0.001));
+  EXPECT_EQ(Damaged(bench), begin);
+  EXPECT_EQ(burn(-0.008), end);
+}
+
 TEST(LayerActions, AHookSaysWhichLayerItWouldBurnWithoutThePedal) {
   const Bed bed;
   OrganBench bench;

@@ -110,6 +110,73 @@ ToolGeometry ClipApplier(int clips) {
   return geometry;
 }
 
+TEST(DuctActions, ARestartTakesClipsAndCutsBackAndFillsTheMagazineAgain) {
+  JoinedBlocks blocks(ClipApplier(5), 2e4, {Scissors()});
+  blocks.bench.KeepSteps(2);
+  const auto close = [&](double height, int instrument_index) {
+    for (const double jaw : {1.0, 0.0}) {
+      ToolPose tool = JoinedBlocks::Jaws(height, jaw);
+      tool.instrument_index = instrument_index;
+      blocks.Step(tool, 2);
+    }
+  };
+  close(0.008, 0);
+  ASSERT_EQ(blocks.duct().Outcome().clips, 1);
+  blocks.bench.Reach(1);
+  close(0.020, 0);
+  close(0.014, 1);
+  ASSERT_EQ(blocks.duct().Outcome().clips, 2);
+  ASSERT_EQ(blocks.duct().Outcome().cuts, 1);
+  blocks.bench.Restart(1);
+  blocks.Step(JoinedBlocks::Jaws(0.020, 0));
+  EXPECT_EQ(blocks.duct().Outcome().clips, 1) << "the jaws were closed before";
+  EXPECT_EQ(blocks.duct().Outcome().cuts, 0);
+  EXPECT_EQ(blocks.SegmentAt(0.008), SegmentState::kClipped);
+  EXPECT_EQ(blocks.SegmentAt(0.014), SegmentState::kOpen);
+  EXPECT_EQ(blocks.Readout().clips_left, 4) << "as then";
+}
+
+TEST(DuctActions, ARestartLetsGoOfADuct) {
+  JoinedBlocks blocks(Grasper());
+  blocks.bench.KeepSteps(2);
+  blocks.Step(JoinedBlocks::Jaws(0.012, 1));
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05), 3);
+  blocks.bench.Reach(1);
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05));
+  ASSERT_TRUE(blocks.duct().rod().HoldsNode());
+  blocks.bench.Restart(1);
+  blocks.Step(JoinedBlocks::Jaws(0.012, 0.05), 2);
+  EXPECT_FALSE(blocks.duct().rod().HoldsNode());
+  EXPECT_NE(blocks.bench.patch.Front().tools[0].main().kind, ContactKind::kGrasp);
+}
+
+// The angle of the clip that closes then is the one that was shown, and a roll by what was shown makes it
+// square.
+TEST(DuctActions, AnOpenClipApplierShowsTheClipThatItWouldPutOn) {
+  for (const double roll : {0.6, -0.3}) {
+    JoinedBlocks blocks(ClipApplier(5));
+    blocks.Step(JoinedBlocks::Turned(0, roll, 1), 2);
+    const ToolReadout shown = blocks.Readout();
+    EXPECT_EQ(shown.clip_ahead.duct, 0);
+    EXPECT_NEAR(shown.clip_ahead.angle, std::abs(roll), 1e-9);
+    EXPECT_NEAR(shown.clip_ahead.coverage, 1, 1e-9);
+    EXPECT_NEAR(shown.clip_roll, -roll, 1e-9);
+    blocks.Step(JoinedBlocks::Turned(0, roll + shown.clip_roll, 1));
+    EXPECT_LT(blocks.Readout().clip_ahead.angle, 1e-6);
+    blocks.Step(JoinedBlocks::Turned(0, roll, 1));
+    blocks.Step(JoinedBlocks::Turned(0, roll, 0));
+    EXPECT_EQ(blocks.action().kind, DuctActionKind::kClip);
+    EXPECT_NEAR(blocks.action().angle, shown.clip_ahead.angle, 1e-3);
+    EXPECT_EQ(blocks.Readout().clip_ahead.duct, -1) << "the jaws are closed";
+  }
+  JoinedBlocks blocks(ClipApplier(5));
+  blocks.Step(JoinedBlocks::Jaws(kLength / 2, 1, Vector3d(0, 0.02, 0)), 2);
+  EXPECT_EQ(blocks.Readout().clip_ahead.duct, -1) << "beside it";
+  JoinedBlocks scissors(Scissors());
+  scissors.Step(JoinedBlocks::Jaws(kLength / 2, 1), 2);
+  EXPECT_EQ(scissors.Readout().clip_ahead.duct, -1) << "no clip applier";
+}
+
 TEST(DuctActions, AGrasperHoldsAndPullsADuct) {
   JoinedBlocks blocks(Grasper());
   blocks.Step(JoinedBlocks::Jaws(0.012, 1));

@@ -263,14 +263,44 @@ TEST_F(Bleedings, LastUntilTheNextClipThatHoldsADuct) {
   Step(6, &judge, Lost());
   Step(7, &judge, Cut(0.01));
   ASSERT_EQ(judge.result().bleedings.size(), 1u);
-  EXPECT_EQ(judge.BleedingsStopped(), 0);
+  EXPECT_EQ(judge.BleedingsOver(), 0);
   Step(8, &judge, Clip(0.01, kBranch));
   Step(9, &judge);
   const ExerciseBleeding& bleeding = judge.result().bleedings[0];
-  EXPECT_EQ(judge.BleedingsStopped(), 1);
+  EXPECT_EQ(judge.BleedingsOver(), 1);
   EXPECT_NEAR(bleeding.begin, 5 * kStep, 1e-12);
   EXPECT_NEAR(bleeding.end, 8 * kStep, 1e-12);
   EXPECT_TRUE(judge.result().errors.empty());
+}
+
+// The second is open when the exercise restarts; the first was stopped before.
+TEST_F(Bleedings, ThatAreOpenAreOverByARestart) {
+  ExerciseEvaluator judge = Judge(3.5 * kStep);
+  Step(0, &judge);
+  judge.AddBleeding(0);
+  Step(1, &judge, Clip(0.01));
+  const auto mark = [&judge](int number, int kept, int restarted) {
+    StepSample sample;
+    sample.tool_count = 2;
+    sample.step.number = static_cast<std::uint64_t>(number);
+    sample.step.time_ns = sample.step.device_time_ns = number * kStepPeriod;
+    sample.step.kept_step = kept;
+    sample.step.restarted_step = restarted;
+    judge.Add(sample);
+  };
+  mark(2, 0, -1);
+  judge.AddBleeding(2 * kStepPeriod);
+  for (int n = 3; n <= 5; ++n) Step(n, &judge);
+  EXPECT_EQ(judge.BleedingsOver(), 1);
+  mark(6, -1, 0);
+  EXPECT_EQ(judge.BleedingsOver(), 2);
+  ASSERT_EQ(judge.result().bleedings.size(), 1u);
+  for (int n = 7; n <= 15; ++n) Step(n, &judge);
+  EXPECT_TRUE(judge.result().errors.empty());
+  judge.AddBleeding(15 * kStepPeriod);
+  Step(16, &judge);
+  Step(17, &judge, Clip(0.02));
+  EXPECT_EQ(judge.BleedingsOver(), 3);
 }
 
 TEST_F(Bleedings, AreAnErrorOnceAfterTheirLimit) {

@@ -14,7 +14,8 @@ namespace {
 constexpr Nanoseconds kPeriod = 33'333'333;
 constexpr double kDt = 1e-9 * kPeriod;  // s
 enum { kLiver, kGallbladder };
-enum { kGrasper, kHook };  // hands
+enum { kGrasper, kHook };     // hands
+constexpr int kScissors = 1;  // of the left hand
 
 ExerciseOptions Exercise(const ExerciseErrorOptions& error) {
   ExerciseOptions exercise;
@@ -24,6 +25,7 @@ ExerciseOptions Exercise(const ExerciseErrorOptions& error) {
   exercise.steps.push_back({.name = "free", .frees = 0, .freed_area = 1e-3});
   exercise.errors.push_back(error);
   exercise.hooks.push_back({kHook, 0});
+  exercise.scissors.push_back({kGrasper, kScissors});
   return exercise;
 }
 
@@ -122,6 +124,32 @@ void BurnBeside(Course* course, double distance) {
   });
   course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
 }
+// The same with a gap of so many m to the second duct.
+void BurnBesideDuct(Course* course, double gap) {
+  course->Run(9, [&](StepSample* s) {
+    s->tools[kHook].X_WT.translation() = Vector3d(0.01, 0.02, 0.03);
+    s->tools[kHook].pedal = true;
+    s->layer_work[kHook].burning = 1;
+    s->near_ducts[kHook] = {1, gap};
+  });
+  course->Run(9, [&](StepSample* s) { s->near_ducts[kHook] = {0, 0}; });
+  course->Run(3, [&](StepSample* s) { s->tools[kHook].pedal = false; });
+}
+// Scissors in the left hand that press and close to so much; the press ends as they do. Then the hook.
+void CutInto(Course* course, double jaw) {
+  course->Run(1, [&](StepSample* s) {
+    s->tools[kGrasper].instrument_index = kScissors;
+    s->tools[kGrasper].jaw = 0.9;
+    s->tools[kHook].jaw = 0.9;
+    Touch(s, kGrasper, kLiver, 0.2);
+    Touch(s, kHook, kLiver, 0.2);
+  });
+  course->Run(2, [&](StepSample* s) {
+    s->tools[kGrasper].jaw = jaw;
+    s->tools[kHook].jaw = 0;
+    Touch(s, kGrasper, kLiver, 0, ContactKind::kNone);
+  });
+}
 // Jaws that open on what they hold so many m from its place.
 void Drop(Course* course, double lift) {
   course->Run(
@@ -178,6 +206,22 @@ const ErrorCase kCases[] = {
      -1,
      kHook,
      0},
+    {"burn_near_a_duct",
+     {.kind = ExerciseErrorKind::kNearBurn, .limit = 0.1, .ducts = {1}, .within = 0.001},
+     BurnBesideDuct,
+     0.00099,
+     0.00101,
+     -1,
+     kHook,
+     0},
+    {"wrong_cut",
+     {.kind = ExerciseErrorKind::kWrongCut, .organ = kLiver},
+     CutInto,
+     0.29,
+     0.31,
+     kLiver,
+     kGrasper,
+     0.2},
     {"drop",
      {ExerciseErrorKind::kDrop, "", 0.012},
      Drop,
@@ -253,6 +297,14 @@ TEST(ExerciseEvaluator, BurningTheLayerIsNoBurnOfAnOrganAndOtherHandsDoNotBurn) 
   EXPECT_EQ(course.errors(), 0u);
   course.Run(60, [](StepSample* s) { s->tools[kHook].instrument_index = 0; });
   EXPECT_EQ(course.errors(), 1u);
+}
+
+TEST(ExerciseEvaluator, ADuctThatIsCutMayBeBurnt) {
+  Course course(Exercise(
+      {.kind = ExerciseErrorKind::kNearBurn, .limit = 0.1, .ducts = {1}, .within = 0.001}));
+  course.Run(1, [](StepSample* s) { s->ducts[1].cuts = 1; });
+  BurnBesideDuct(&course, 0);
+  EXPECT_EQ(course.errors(), 0u);
 }
 
 TEST(ExerciseEvaluator, ShortPressesOfThePedalDoNotAddUpButEachLongOneCounts) {
@@ -335,6 +387,56 @@ TEST(ExerciseEvaluator, StepsAreDoneInTheirOrderOnceTheirConditionsHaveHeld) {
   const double time = course.result().time;
   course.Run(10);
   EXPECT_EQ(course.result().time, time) << "nothing counts after the end";
+}
+
+// The first step is done at once. An error in the second one does not count once it begins again.
+TEST(ExerciseEvaluator, ARestartReturnsToTheTimeErrorsAndScoreOfItsStep) {
+  Course course(Exercise({.kind = ExerciseErrorKind::kForce, .limit = 4, .points = 5}));
+  const auto press = [&course](double force) {
+    course.Run(1, [force](StepSample* s) { Touch(s, kHook, kLiver, force); });
+  };
+  const auto mark = [&course](int kept, int restarted) {
+    course.Run(1, [=](StepSample* s) {
+      s->step.kept_step = kept;
+      s->step.restarted_step = restarted;
+    });
+    // Run changes the sample that later calls continue with.
+    course.Run(0, [](StepSample* s) { s->step.kept_step = s->step.restarted_step = -1; });
+  };
+  mark(0, -1);
+  press(5);
+  press(0);
+  course.Run(27);
+  const double begin = course.result().time;
+  EXPECT_NEAR(begin, 29 * kDt, 1e-9);
+  ASSERT_EQ(course.status().step, 1);
+  ASSERT_EQ(course.errors(), 1u);
+  const double score = course.result().score;
+  mark(1, -1);
+  press(6);
+  press(0);
+  course.Run(27);
+  EXPECT_EQ(course.errors(), 2u);
+  mark(-1, 1);
+  EXPECT_NEAR(course.result().time, begin, 1e-12) << "as before the step that was kept";
+  EXPECT_EQ(course.errors(), 1u);
+  EXPECT_EQ(course.result().score, score);
+  ASSERT_EQ(course.status().restarts, 1);
+  const ExerciseRestart restart = course.result().restarts[0];
+  EXPECT_EQ(restart.step, 1);
+  EXPECT_EQ(restart.errors, 1);
+  EXPECT_NEAR(restart.discarded, 30 * kDt, 1e-9);
+  EXPECT_NEAR(course.status().restarted, begin, 1e-12);
+  course.Run(30);
+  EXPECT_NEAR(course.result().time, begin + 30 * kDt, 1e-9) << "it goes on";
+  mark(-1, 0);
+  EXPECT_EQ(course.status().step, 1) << "the first step is done at once";
+  EXPECT_EQ(course.errors(), 0u);
+  EXPECT_EQ(course.status().restarts, 2);
+  course.Run(1, [](StepSample* s) { s->attachments[0].freed_area = 2e-3; });
+  EXPECT_TRUE(course.result().passed);
+  mark(-1, 0);
+  EXPECT_TRUE(course.result().passed) << "after the end nothing changes";
 }
 
 TEST(ExerciseEvaluator, LateStepsGiveNoTimePointsAndTheLimitEndsIt) {

@@ -311,15 +311,30 @@ TEST(FeltForceOfTheGallbladder, DoesNotJumpInADeepPress) {
 
 // Jaws lift the free end of a bar by 12 mm. A second tip that comes from above meets the bar there, not where
 // it would lie without the jaws.
-TEST(FeltForceBesideAGrasp, BeginsWhereTheOtherToolHasMovedTheTissue) {
+class FeltForceBesideAGrasp : public testing::TestWithParam<bool> {};
+INSTANTIATE_TEST_SUITE_P(TipAndShaft, FeltForceBesideAGrasp, testing::Bool());
+
+TEST_P(FeltForceBesideAGrasp, BeginsWhereTheOtherToolHasMovedTheTissue) {
+  const bool by_shaft = GetParam();
   ToolOptions grasper;
   grasper.geometries[0].can_grasp = true;
   OrganOptions options = SoftOrgan("bar", 4);
   options.supports[0].region = BoxFraction{Vector3d(0.8, 0, 0), Vector3d(1, 1, 1)};
   FeltBench bench(options, Ellipsoid(Vector3d(0.05, 0.012, 0.012), 3), grasper);
+  bench.feels_shaft = by_shaft;
   constexpr double kGrasped = -0.03, kPressed = -0.012;  // m
   const Vector3d top = bench.Top(kGrasped, 0) + Vector3d(0, 0, kDefaultToolRadius);
   const auto jaws = [&](double lift) { return FeltBench::At(top + Vector3d(0, 0, lift), 0); };
+  // The shaft lies across the bar, along y.
+  const auto probe_at = [&](double z) {
+    if (!by_shaft) return FeltBench::At({kPressed, 0, z});
+    ToolPose probe;
+    probe.X_WT.linear() << 1, 0, 0, 0, 0, 1, 0, -1, 0;
+    probe.X_WT.translation() = Vector3d(kPressed, -0.05, z);
+    probe.p_trocar_W = Vector3d(kPressed, 0.2, z);
+    return probe;
+  };
+  const double radius = by_shaft ? grasper.geometries[0].shaft_radius : kDefaultToolRadius;
   bench.Step(FeltBench::At(top, 1), FeltBench::Away());
   for (double lift = 0; lift < 0.0121; lift += 0.003) {
     bench.Step(jaws(lift), FeltBench::Away());
@@ -327,10 +342,9 @@ TEST(FeltForceBesideAGrasp, BeginsWhereTheOtherToolHasMovedTheTissue) {
   }
   double first = 0, z = 0.04;
   for (int tick = 0; first == 0 && z > 0; ++tick) {
-    const ToolPose probe = FeltBench::At({kPressed, 0, z});
-    if (tick % 33 == 0) bench.Step(jaws(0.012), probe);
+    if (tick % 33 == 0) bench.Step(jaws(0.012), probe_at(z));
     z -= 5e-5;
-    bench.Tick(jaws(0.012), FeltBench::At({kPressed, 0, z}));
+    bench.Tick(jaws(0.012), probe_at(z));
     if (bench.Hand(1).norm() > 1e-3) first = z;
   }
   const OrganState& organ = bench.loop().organ(0);
@@ -341,7 +355,7 @@ TEST(FeltForceBesideAGrasp, BeginsWhereTheOtherToolHasMovedTheTissue) {
   std::printf("first force %.1f mm over the tissue, which is lifted by %.1f mm\n",
               1e3 * (first - lifted), 1e3 * (lifted - bench.Top(kPressed, 0).z()));
   EXPECT_GT(lifted, bench.Top(kPressed, 0).z() + 0.004) << "the jaws lift it";
-  EXPECT_NEAR(first - lifted, kDefaultToolRadius, 0.0015);
+  EXPECT_NEAR(first - lifted, radius, 0.0015);
 }
 
 // The work of the felt force over a slow press is the energy that the lattice stores.

@@ -14,12 +14,14 @@
 namespace hpdm {
 namespace {
 
-std::vector<std::uint8_t> RequestBytes(int request, double x, double y, const std::string& text) {
+std::vector<std::uint8_t> RequestBytes(int request, double x, double y, const std::string& text,
+                                       int step = 0) {
   teacher_t message{};
   message.request = static_cast<std::int8_t>(request);
   message.x = x;
   message.y = y;
   message.text = text;
+  message.step = step;
   std::vector<std::uint8_t> bytes;
   EncodeMessage(message, &bytes);
   return bytes;
@@ -39,6 +41,11 @@ TEST(TeacherLink, ReadsEachRequest) {
   EXPECT_EQ(request.kind, TeacherRequest::Kind::kPause);
   ASSERT_TRUE(ReadRequest(RequestBytes(teacher_t::CONTINUE, 0, 0, ""), &request));
   EXPECT_EQ(request.kind, TeacherRequest::Kind::kContinue);
+  ASSERT_TRUE(ReadRequest(RequestBytes(teacher_t::RESTART, 7, 7, "", 3), &request));
+  EXPECT_EQ(request.kind, TeacherRequest::Kind::kRestart);
+  EXPECT_EQ(request.step, 2) << "from 0";
+  ASSERT_TRUE(ReadRequest(RequestBytes(teacher_t::RESTART, 0, 0, ""), &request));
+  EXPECT_EQ(request.step, RestartRequest::kPresent);
 }
 
 TEST(TeacherLink, RefusesWhatIsNoRequest) {
@@ -49,8 +56,9 @@ TEST(TeacherLink, RefusesWhatIsNoRequest) {
   for (const auto& bytes :
        {RequestBytes(point, 0.5, 0.5, std::string(61, 'x')), RequestBytes(point, 0.5, 0.5, "a\nb"),
         RequestBytes(point, 1.01, 0.5, ""), RequestBytes(point, 0.5, -0.01, ""),
-        RequestBytes(point, kNan, 0.5, ""), RequestBytes(4, 0.5, 0.5, ""),
-        RequestBytes(-1, 0.5, 0.5, ""), std::vector<std::uint8_t>(40)}) {
+        RequestBytes(point, kNan, 0.5, ""), RequestBytes(5, 0.5, 0.5, ""),
+        RequestBytes(teacher_t::RESTART, 0, 0, "", -1), RequestBytes(-1, 0.5, 0.5, ""),
+        std::vector<std::uint8_t>(40)}) {
     EXPECT_FALSE(ReadRequest(bytes, &request));
   }
 }

@@ -194,6 +194,51 @@ TEST(TraineeText, OpticsThatAreNotAsAtTheStartAreShown) {
   EXPECT_TRUE(Shows(trainee.Text().state, "optics 30\u00b0, turned -45\u00b0"));
 }
 
+TEST(TraineeText, ATipThatTouchesNothingShowsHowFarTheNearestOrganIs) {
+  Trainee trainee;
+  trainee.names.tip_radii = {{0.0025}, {0.0015, 0.0025}};
+  trainee.health.tools[1].organ = -1;
+  trainee.scene.tools[1].X_WT.translation() = Vector3d(0, 0, 0.01);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));
+  trainee.scene.contacts[1].organ = 1;
+  trainee.scene.contacts[1].contact_W = Vector3d(0, 0, -0.0035);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "12 mm from gallbladder"));
+  trainee.scene.tools[1].instrument_index = 1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "11 mm from gallbladder")) << "a thicker tip";
+}
+
+TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
+  Trainee trainee;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "between jaws"));
+  ToolReadout& readout = trainee.scene.readouts[1];
+  readout.clip_ahead.duct = 0;
+  readout.clip_ahead.coverage = 1;
+  readout.clip_ahead.angle = 3 * kDegree;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "between jaws: cystic duct"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "square"));
+  readout.clip_ahead.angle = 34 * kDegree;
+  readout.clip_roll = 31 * kDegree;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: roll 31\u00b0, key e"));
+  readout.clip_roll = -31 * kDegree;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "key q"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in"));
+  readout.clip_ahead.coverage = 0.8;
+  readout.clip_roll = 0;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "not across all of it: push in"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: shift the tip")) << "no roll helps";
+}
+
+TEST(TraineeText, ARestartIsShownForAWhile) {
+  Trainee trainee;
+  const std::string text = "begins again: instruments have let go";
+  EXPECT_FALSE(Shows(trainee.Text().guidance, text));
+  trainee.health.exercise.restarts = 1;
+  trainee.health.exercise.restarted = 28;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, text));
+  trainee.health.exercise.time = 40;
+  EXPECT_FALSE(Shows(trainee.Text().guidance, text));
+}
+
 TEST(TraineeText, AHookInALayerSaysSo) {
   Trainee trainee;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));

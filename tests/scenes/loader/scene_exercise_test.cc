@@ -188,6 +188,13 @@ kind = 'cut_outside_clips'
 kind = 'stretch'
 duct = 'third'
 limit = 1.2
+[[exercise.error]]
+kind = 'near_burn'
+duct = 'goes'
+within = 0.001
+[[exercise.error]]
+kind = 'wrong_cut'
+organ = 'liver'
 )");
   const ExerciseOptions& exercise = scene.exercise.value();
   ASSERT_EQ(exercise.ducts.size(), 3u);
@@ -214,6 +221,11 @@ limit = 1.2
   EXPECT_EQ(errors[6].kind, ExerciseErrorKind::kBadCut);
   EXPECT_EQ(errors[7].kind, ExerciseErrorKind::kStretch);
   EXPECT_EQ(errors[7].limit, 1.2);
+  EXPECT_EQ(errors[8].ducts, (std::vector<int>{0, 1}));
+  EXPECT_TRUE(errors[8].path_W.empty());
+  EXPECT_EQ(errors[8].within, 0.001);
+  EXPECT_EQ(errors[9].kind, ExerciseErrorKind::kWrongCut);
+  EXPECT_EQ(errors[9].organ, 0);
 }
 
 TEST_F(SceneTest, AStepNamesAnAttachment) {

@@ -148,6 +148,60 @@ TEST_F(ExerciseSession, ASurgeonDoesItCleanlyAndTheLogAndItsReplayFindTheSame) {
   EXPECT_FALSE(replay.comparison.first_beyond()) << "bit for bit, burning included";
 }
 
+// He burns in the air and frees the bed, begins that step again, and does it well.
+TEST_F(ExerciseSession, AStepThatBeginsAgainCountsAsDoneOnceAndTheReplayFindsTheSame) {
+  const ScratchFolder folder;
+  SessionRecorder recorder(session_.model(), folder / "session", false);
+  session_.RecordTo(&recorder);
+  session_.KeepSteps();
+  surgeon_.TakeFundus();
+  surgeon_.Lift(0.012);
+  surgeon_.Step(20);
+  ASSERT_EQ(surgeon_.done(), 2u);
+  surgeon_.BurnFor(0.6);
+  ASSERT_EQ(surgeon_.Errors(), Names{"hook energised away from tissue"});
+  surgeon_.Burn();
+  ASSERT_EQ(surgeon_.done(), 3u);
+  const double freed = session_.links()[0].outcomes()[0].freed_area;
+  surgeon_.BackOff();
+  session_.Restart(2);
+  surgeon_.Step(3);
+  EXPECT_EQ(session_.links()[0].outcomes()[0].freed_area, 0);
+  EXPECT_EQ(surgeon_.Errors(), Names{});
+  EXPECT_EQ(surgeon_.done(), 2u);
+  EXPECT_NE(session_.tools()[kGrasper].kind, static_cast<int>(ContactKind::kGrasp));
+
+  surgeon_.Lift(-0.012);
+  surgeon_.Jaws(kGrasper, 1);
+  surgeon_.TakeFundus();
+  surgeon_.Lift(0.012);
+  surgeon_.Burn();
+  surgeon_.BackOff();
+  surgeon_.Lift(-0.012);
+  surgeon_.Jaws(kGrasper, 1);
+  surgeon_.Step(30);
+  EXPECT_EQ(recorder.Finish(), "");
+  session_.RecordTo(nullptr);
+  const ExerciseResult& result = surgeon_.result();
+  EXPECT_TRUE(result.passed);
+  EXPECT_EQ(surgeon_.Errors(), Names{});
+  ASSERT_EQ(result.restarts.size(), 1u);
+  EXPECT_EQ(result.restarts[0].step, 2);
+  EXPECT_EQ(result.restarts[0].errors, 1);
+  EXPECT_NEAR(session_.links()[0].outcomes()[0].freed_area, freed, 0.2 * freed);
+
+  const LoggedSession logged(folder / "session/session.lcmlog");
+  ExerciseEvaluator judge(*ShortExercise().exercise);
+  for (const LoggedStep& step : logged.steps()) judge.Add(step.sample);
+  EXPECT_EQ(judge.result().score, result.score);
+  EXPECT_EQ(judge.result().step_times, result.step_times);
+  Session replayed(ShortExercise());
+  const LogReplay replay = ReplayLog(logged, 0, &replayed);
+  EXPECT_EQ(replay.ended_early, "");
+  EXPECT_EQ(replay.steps_compared, replay.steps_logged);
+  EXPECT_FALSE(replay.comparison.first_beyond()) << "bit for bit, the return included";
+}
+
 TEST_F(ExerciseSession, AHookOnTheGallbladdersWallIsABurnAfterItsTime) {
   surgeon_.PressOn(1, {0.0063, -0.1127, 0.0182}, 0.003);
   surgeon_.BurnFor(0.2);

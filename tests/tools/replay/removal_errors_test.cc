@@ -27,7 +27,7 @@ TEST(ScriptedErrors, AreFoundAndNearMissesAreNot) {
   ASSERT_EQ(trials.done(), 4u) << "up to the critical view";
   EXPECT_EQ(trials.Errors(), std::vector<std::string>{});
   std::vector<RemovalError> errors = RemovalErrors();
-  EXPECT_EQ(errors.size(), 19u);
+  EXPECT_EQ(errors.size(), 21u);
   for (const RemovalError& error : FurtherRemovalErrors()) errors.push_back(error);
   for (const RemovalError& error : errors) {
     const ErrorTrial trial = trials.Try(error);

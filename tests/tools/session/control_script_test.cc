@@ -9,18 +9,21 @@
 namespace hpdm {
 namespace {
 
-std::vector<InstrumentOptions> TwoHands() {
-  std::vector<InstrumentOptions> instruments(2);
+Scene TwoHands() {
+  Scene scene;
+  std::vector<InstrumentOptions>& instruments = scene.instruments;
+  instruments.resize(2);
   instruments[0].name = "left";
   instruments[0].exchanges.resize(1);
   instruments[0].exchanges[0].name = "hook";
   instruments[1].name = "right";
-  return instruments;
+  scene.exercise.emplace().steps.resize(3);
+  return scene;
 }
 
 std::string ScriptError(const std::string& argument) {
   try {
-    ParseControls({argument}, {}, TwoHands());
+    ParseControls({.exchanges = {argument}}, TwoHands());
   } catch (const InputError& error) {
     return error.what();
   }
@@ -28,7 +31,7 @@ std::string ScriptError(const std::string& argument) {
 }
 
 TEST(ControlScript, ExchangesAreAskedForInTheOrderOfTheirTimes) {
-  ControlScript script = ParseControls({"left=left@2.5", "left=hook@1"}, {}, TwoHands());
+  ControlScript script = ParseControls({.exchanges = {"left=left@2.5", "left=hook@1"}}, TwoHands());
   TripleBuffer<SessionControl> edge;
   script.Advance(999'999'999, &edge);
   EXPECT_FALSE(edge.Update()) << "nothing is asked before its time";
@@ -53,7 +56,8 @@ TEST(ControlScript, AnInvalidExchangeIsNamedWithTheRemedy) {
 }
 
 TEST(ControlScript, APedalIsPressedBetweenItsTimesAndKeepsTheExchanges) {
-  ControlScript script = ParseControls({"left=hook@1"}, {"left@2-3.5", "right@3-4"}, TwoHands());
+  ControlScript script = ParseControls(
+      {.exchanges = {"left=hook@1"}, .pedals = {"left@2-3.5", "right@3-4"}}, TwoHands());
   TripleBuffer<SessionControl> edge;
   const auto at = [&](double seconds) {
     script.Advance(std::llround(seconds * 1e9), &edge);
@@ -71,7 +75,7 @@ TEST(ControlScript, APedalIsPressedBetweenItsTimesAndKeepsTheExchanges) {
 TEST(ControlScript, AnInvalidPressOfAPedalIsNamedWithTheRemedy) {
   const auto error_of = [](const std::string& argument) -> std::string {
     try {
-      ParseControls({}, {argument}, TwoHands());
+      ParseControls({.pedals = {argument}}, TwoHands());
     } catch (const InputError& error) {
       return error.what();
     }
@@ -85,7 +89,7 @@ TEST(ControlScript, AnInvalidPressOfAPedalIsNamedWithTheRemedy) {
 }
 
 TEST(ControlScript, APauseKeepsTheControlsAndStaysWithLaterOnes) {
-  ControlScript script = ParseControls({"left=hook@1", "left=left@2"}, {}, TwoHands());
+  ControlScript script = ParseControls({.exchanges = {"left=hook@1", "left=left@2"}}, TwoHands());
   TripleBuffer<SessionControl> edge;
   script.SetPaused(true, &edge);
   ASSERT_TRUE(edge.Update());
@@ -102,6 +106,44 @@ TEST(ControlScript, APauseKeepsTheControlsAndStaysWithLaterOnes) {
   script.Advance(2'000'000'000, &edge);
   ASSERT_TRUE(edge.Update());
   EXPECT_FALSE(edge.Front().paused);
+}
+
+TEST(ControlScript, RestartsOfTheCommandLineAndOfTheTeacherAreCountedTogether) {
+  ControlScript script =
+      ParseControls({.exchanges = {"left=hook@1"}, .restarts = {"2@2", "3@5"}}, TwoHands());
+  TripleBuffer<SessionControl> edge;
+  const auto at = [&](double seconds) {
+    script.Advance(std::llround(seconds * 1e9), &edge);
+    edge.Update();
+    return edge.Front().restart;
+  };
+  EXPECT_EQ(at(1.5).count, 0);
+  EXPECT_EQ(at(2).count, 1);
+  EXPECT_EQ(at(2.5).step, 1);
+  script.Restart(RestartRequest::kPresent, &edge);
+  EXPECT_EQ(at(3).count, 2);
+  EXPECT_EQ(at(3).step, RestartRequest::kPresent);
+  EXPECT_EQ(edge.Front().instrument_index[0], 1);
+  EXPECT_EQ(at(5).count, 3);
+  EXPECT_EQ(at(5).step, 2);
+}
+
+TEST(ControlScript, AnInvalidRestartIsNamedWithTheRemedy) {
+  const auto error_of = [](const std::string& argument, const Scene& scene) -> std::string {
+    try {
+      ParseControls({.restarts = {argument}}, scene);
+    } catch (const InputError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  for (const char* text : {"2", "@3", "x@3", "2x@3", "2@", "2@-1"}) {
+    EXPECT_NE(error_of(text, TwoHands()).find("give STEP@SECONDS"), std::string::npos) << text;
+  }
+  for (const char* text : {"0@3", "4@3"}) {
+    EXPECT_NE(error_of(text, TwoHands()).find("give 1 to 3"), std::string::npos) << text;
+  }
+  EXPECT_EQ(error_of("1@2", Scene()), "--restart 1@2: the scene has no exercise; leave it out");
 }
 
 }  // namespace

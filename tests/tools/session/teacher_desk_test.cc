@@ -42,15 +42,28 @@ class TeacherDeskTest : public testing::Test {
 using Names = std::vector<std::string>;
 
 TEST_F(TeacherDeskTest, TheLastPauseOrContinueCountsAndEachIsLogged) {
-  EXPECT_FALSE(desk_.Handle(0, 0).has_value());
+  EXPECT_FALSE(desk_.Handle(0, 0).pause.has_value());
   Ask(TeacherRequest::Kind::kPause);
-  EXPECT_EQ(desk_.Handle(0, 0), true);
-  EXPECT_FALSE(desk_.Handle(0, 0).has_value()) << "once";
+  EXPECT_EQ(desk_.Handle(0, 0).pause, true);
+  EXPECT_FALSE(desk_.Handle(0, 0).pause.has_value()) << "once";
   Ask(TeacherRequest::Kind::kPause);
   Ask(TeacherRequest::Kind::kContinue);
-  EXPECT_EQ(desk_.Handle(0, 0), false);
+  EXPECT_EQ(desk_.Handle(0, 0).pause, false);
   EXPECT_EQ(Events(), (Names{"teacher.paused", "teacher.paused", "teacher.continued"}));
   EXPECT_FALSE(marks_.Update()) << "no marks";
+}
+
+TEST_F(TeacherDeskTest, ARestartIsHandedOnAndLoggedAsPeopleCount) {
+  EXPECT_FALSE(desk_.Handle(0, 0).restart_step.has_value());
+  requests_.Push({.kind = TeacherRequest::Kind::kRestart, .step = 4});
+  EXPECT_EQ(desk_.Handle(0, 0).restart_step, 4);
+  EXPECT_FALSE(desk_.Handle(0, 0).restart_step.has_value()) << "once";
+  EXPECT_EQ(Events(), Names{"teacher.restart"});
+  EXPECT_EQ(text_, "the teacher restarts the exercise at step 5");
+  Ask(TeacherRequest::Kind::kRestart);
+  EXPECT_EQ(desk_.Handle(0, 0).restart_step, RestartRequest::kPresent);
+  EXPECT_EQ(Events(), Names{"teacher.restart"});
+  EXPECT_EQ(text_, "the teacher restarts the exercise at its present step");
 }
 
 TEST_F(TeacherDeskTest, APointIsShownForItsTime) {
@@ -72,7 +85,7 @@ TEST_F(TeacherDeskTest, APointIsShownForItsTime) {
   EXPECT_EQ(Shown(), 0);
 }
 
-TEST_F(TeacherDeskTest, EachStoppedBleedingTakesTheOldestMarkAway) {
+TEST_F(TeacherDeskTest, EachBleedingThatIsOverTakesTheOldestMarkAway) {
   Ask(TeacherRequest::Kind::kBleed, 0.1);
   Ask(TeacherRequest::Kind::kPoint, 0.2);
   Ask(TeacherRequest::Kind::kBleed, 0.3);

@@ -101,6 +101,24 @@ TEST_F(TrainerKeys, AnArrowTurnsSlowlyAndHomeRestoresTheFirstView) {
   EXPECT_EQ(input.view().scope.p_target_W, view_.scope.p_target_W);
 }
 
+TEST_F(TrainerKeys, BackspaceAsksForThePresentStepAgainAndWithShiftForTheOneBefore) {
+  TrainerInput without = Input();
+  Type(&without, kKeyBackspace);
+  EXPECT_EQ(without.control().restart.count, 0) << "the scene has no exercise";
+  view_.has_exercise = true;
+  TrainerInput input = Input();
+  Type(&input, kKeyBackspace);
+  EXPECT_EQ(input.control().restart.count, 1);
+  EXPECT_EQ(input.control().restart.step, RestartRequest::kPresent);
+  input.Handle(KeyEvent{kKeyShift, true});
+  Type(&input, kKeyBackspace);
+  EXPECT_EQ(input.control().restart.count, 2);
+  EXPECT_EQ(input.control().restart.step, RestartRequest::kPresent - 1);
+  input.Restart(3);
+  EXPECT_EQ(input.control().restart.count, 3) << "the teacher's";
+  EXPECT_EQ(input.control().restart.step, 3);
+}
+
 TEST_F(TrainerKeys, AfterTheExerciseAnyKeyEndsTheSession) {
   TrainerInput input = Input();
   Type(&input, 'e');

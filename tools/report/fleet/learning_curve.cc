@@ -27,6 +27,7 @@ struct Figure {
 constexpr Figure kFigures[] = {
     {"score", "Score of the exercise", "of 100", "/exercise/score", Over::kSession, 1, true},
     {"exercise_time", "Time of the exercise", "s", "/exercise/time_s", Over::kSession, 1, false},
+    {"restarts", "Steps that began again", "", "/exercise/restart_count", Over::kSession, 1, false},
     {"errors", "Errors", "", "/exercise/error_count", Over::kSession, 1, false},
     {"depth_perception", "GOALS: depth perception, estimated", "1 to 5",
      "/goals/depth_perception/rating", Over::kSession, 1, true},

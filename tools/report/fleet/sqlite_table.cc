@@ -108,10 +108,13 @@ constexpr TableColumn kAttachmentColumns[] = {{"name", "TEXT", "/name"},
                                               {"cut_area_m2", "REAL", "/cut_area_m2"},
                                               {"dissipated_J", "REAL", "/dissipated_J"}};
 
-constexpr TableColumn kExerciseColumns[] = {
-    {"name", "TEXT", "/name"},        {"score", "REAL", "/score"},
-    {"passed", "INTEGER", "/passed"}, {"ended", "INTEGER", "/ended"},
-    {"time_s", "REAL", "/time_s"},    {"error_count", "INTEGER", "/error_count"}};
+constexpr TableColumn kExerciseColumns[] = {{"name", "TEXT", "/name"},
+                                            {"score", "REAL", "/score"},
+                                            {"passed", "INTEGER", "/passed"},
+                                            {"ended", "INTEGER", "/ended"},
+                                            {"time_s", "REAL", "/time_s"},
+                                            {"error_count", "INTEGER", "/error_count"},
+                                            {"restart_count", "INTEGER", "/restart_count"}};
 
 constexpr TableColumn kGoalsColumns[] = {
     {"depth_perception", "REAL", "/depth_perception/rating"},

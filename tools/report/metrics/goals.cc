@@ -94,7 +94,7 @@ bool Harms(ExerciseErrorKind kind) {
   return kind == ExerciseErrorKind::kForce || kind == ExerciseErrorKind::kTear ||
          kind == ExerciseErrorKind::kBurn || kind == ExerciseErrorKind::kDrop ||
          kind == ExerciseErrorKind::kInverted || kind == ExerciseErrorKind::kPerforation ||
-         kind == ExerciseErrorKind::kStretch;
+         kind == ExerciseErrorKind::kStretch || kind == ExerciseErrorKind::kWrongCut;
 }
 
 GoalsDomain TissueHandling(const SessionReport& report) {

@@ -155,6 +155,13 @@ Json ExerciseToJson(const ExerciseReport& exercise, const SessionReport& report)
                          {"lasted_s", bleeding.end - bleeding.begin},
                          {"stopped", bleeding.stopped}});
   }
+  Json restarts = Json::array();
+  for (const ExerciseRestart& restart : result.restarts) {
+    restarts.push_back({{"step", options.steps[ToSize(restart.step)].name},
+                        {"begin_s", restart.time},
+                        {"discarded_s", restart.discarded},
+                        {"discarded_errors", restart.errors}});
+  }
   return {{"name", options.name},
           {"score", result.score},
           {"passed", result.passed},
@@ -162,9 +169,11 @@ Json ExerciseToJson(const ExerciseReport& exercise, const SessionReport& report)
           {"time_s", result.time},
           {"stood_s", result.stood},
           {"error_count", result.errors.size()},
+          {"restart_count", result.restarts.size()},
           {"steps", steps},
           {"errors", errors},
-          {"bleedings", bleedings}};
+          {"bleedings", bleedings},
+          {"restarts", restarts}};
 }
 
 }  // namespace

@@ -66,6 +66,11 @@ std::string ExercisePanel(const SessionReport& report) {
     html += Format("<p>The time stood for %.1f s, while no device was read: pauses.</p>\n",
                    result.stood);
   }
+  for (const ExerciseRestart& restart : result.restarts) {
+    html += "<p>\"" + EscapeHtml(options.steps[ToSize(restart.step)].name) +
+            Format("\" began again: %.1f s and %d %s before do not count.</p>\n", restart.discarded,
+                   restart.errors, restart.errors == 1 ? "error" : "errors");
+  }
   html +=
       "<div class=\"wide\"><table><thead><tr><th>Step</th><th class=\"number\">done after, s</th>"
       "<th class=\"number\">took, s</th></tr></thead><tbody>\n";

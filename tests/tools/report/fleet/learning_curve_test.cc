@@ -110,12 +110,14 @@ TEST_F(FleetTest, ATableHasTheExercise) {
   line["report_version"] = kReportVersion;
   line["report"]["exercise"]["passed"] = true;
   line["report"]["exercise"]["error_count"] = 3;
+  line["report"]["exercise"]["restart_count"] = 2;
   OpenSessionTable(table_)->Add({&line, 1});
   const Json row = Rows(table_, "SELECT * FROM exercises").at(0);
   EXPECT_EQ(row["name"], "touch");
   EXPECT_EQ(row["score"], 60);
   EXPECT_EQ(row["passed"], 1);
   EXPECT_EQ(row["error_count"], 3);
+  EXPECT_EQ(row["restart_count"], 2);
 }
 
 }  // namespace

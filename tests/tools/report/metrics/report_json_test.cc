@@ -225,10 +225,10 @@ TEST(ReportJson, ABleedingOfTheTeacherLastsAsLongInTheLogAsInTheSession) {
   run(5);
   events.Push(MakeLoopEvent(EventSeverity::kInfo, kBleeding, "a bleeding begins"));
   run(10);
-  EXPECT_EQ(session.telemetry().BleedingsStopped(), 0);
+  EXPECT_EQ(session.telemetry().BleedingsOver(), 0);
   session.Press(33, 0, -1);
   session.ClipStep();
-  EXPECT_EQ(session.telemetry().BleedingsStopped(), 1);
+  EXPECT_EQ(session.telemetry().BleedingsOver(), 1);
   run(3);
   const ExerciseResult live = session.telemetry().Summary().exercise.value();
   const SessionReport report = session.Finish().report;
