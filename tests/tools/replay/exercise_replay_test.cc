@@ -106,6 +106,20 @@ class ExerciseSession : public testing::Test {
     return LockstepSession(std::move(model), {command, command});
   }
 
+  // The log's steps give the same result, and its replay the same steps to the last bit.
+  void ExpectLogAgrees(const std::string& log) const {
+    const LoggedSession logged(log);
+    ExerciseEvaluator judge(*ShortExercise().exercise);
+    for (const LoggedStep& step : logged.steps()) judge.Add(step.sample);
+    EXPECT_EQ(judge.result().score, surgeon_.result().score);
+    EXPECT_EQ(judge.result().step_times, surgeon_.result().step_times);
+    Session replayed(ShortExercise());
+    const LogReplay replay = ReplayLog(logged, 0, &replayed);
+    EXPECT_EQ(replay.ended_early, "");
+    EXPECT_EQ(replay.steps_compared, replay.steps_logged);
+    EXPECT_FALSE(replay.comparison.first_beyond());
+  }
+
   LockstepSession session_ = MakeSession();
   Surgeon surgeon_{&session_};
 };
@@ -135,17 +149,7 @@ TEST_F(ExerciseSession, ASurgeonDoesItCleanlyAndTheLogAndItsReplayFindTheSame) {
   EXPECT_GE(layer.freed_area, 1e-4);
   EXPECT_GT(layer.burnt_area, 0.9 * layer.freed_area);
 
-  const std::string log = folder / "session/session.lcmlog";
-  const LoggedSession logged(log);
-  ExerciseEvaluator judge(*ShortExercise().exercise);
-  for (const LoggedStep& step : logged.steps()) judge.Add(step.sample);
-  EXPECT_EQ(judge.result().score, result.score);
-  EXPECT_EQ(judge.result().step_times, result.step_times);
-  Session replayed(ShortExercise());
-  const LogReplay replay = ReplayLog(logged, 0, &replayed);
-  EXPECT_EQ(replay.ended_early, "");
-  EXPECT_EQ(replay.steps_compared, replay.steps_logged);
-  EXPECT_FALSE(replay.comparison.first_beyond()) << "bit for bit, burning included";
+  ExpectLogAgrees(folder / "session/session.lcmlog");
 }
 
 // He burns in the air and frees the bed, begins that step again, and does it well.
@@ -190,16 +194,7 @@ TEST_F(ExerciseSession, AStepThatBeginsAgainCountsAsDoneOnceAndTheReplayFindsThe
   EXPECT_EQ(result.restarts[0].errors, 1);
   EXPECT_NEAR(session_.links()[0].outcomes()[0].freed_area, freed, 0.2 * freed);
 
-  const LoggedSession logged(folder / "session/session.lcmlog");
-  ExerciseEvaluator judge(*ShortExercise().exercise);
-  for (const LoggedStep& step : logged.steps()) judge.Add(step.sample);
-  EXPECT_EQ(judge.result().score, result.score);
-  EXPECT_EQ(judge.result().step_times, result.step_times);
-  Session replayed(ShortExercise());
-  const LogReplay replay = ReplayLog(logged, 0, &replayed);
-  EXPECT_EQ(replay.ended_early, "");
-  EXPECT_EQ(replay.steps_compared, replay.steps_logged);
-  EXPECT_FALSE(replay.comparison.first_beyond()) << "bit for bit, the return included";
+  ExpectLogAgrees(folder / "session/session.lcmlog");
 }
 
 TEST_F(ExerciseSession, AHookOnTheGallbladdersWallIsABurnAfterItsTime) {
