@@ -190,10 +190,7 @@ void DeformationLoop::ReturnTo(const DeformationLoop& kept) {
   layer_actions_ = kept.layer_actions_;
   duct_actions_ = kept.duct_actions_;
   wall_actions_ = kept.wall_actions_;
-  for (OrganStep& organ : organs_) {
-    organ.Rebind();
-    organ.state().version = record_.number;
-  }
+  for (OrganStep& organ : organs_) organ.Rebind();
   for (ToolTracker& tracker : trackers_) tracker.LetGo();
   duct_actions_.LetGo(joint_relaxation_.links());
   sample_.contacts.fill({});

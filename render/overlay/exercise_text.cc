@@ -8,8 +8,7 @@
 namespace hpdm {
 namespace {
 
-constexpr double kErrorShown = 4;       // s for which an error stays on the screen
-constexpr double kClipErrorShown = 8;   // s: the figures take longer to read
+constexpr double kErrorShown = 8;       // s for which an error stays on the screen
 constexpr double kRestartShown = 6;     // s
 constexpr std::size_t kMaxResult = 26;  // lines that fit on the picture
 
@@ -30,14 +29,26 @@ std::string CountOf(int count, const char* noun) {
   return Format("%d %s%s", count, noun, count == 1 ? "" : "s");
 }
 
+// Adds the kinds of errors so far.
+void AddErrors(const ExerciseStatus& status, const ExerciseOptions& exercise,
+               std::vector<StatusLine>* lines) {
+  for (std::size_t rule = 0; rule < std::min(exercise.errors.size(), kShownRules); ++rule) {
+    const int count = status.error_counts[rule];
+    if (count == 0) continue;
+    lines->push_back({(count > 1 ? Format("%d times ", count) : "") + exercise.errors[rule].name,
+                      Tone::kWarning});
+  }
+}
+
 }  // namespace
 
-std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
-                                      const ExerciseOptions& exercise) {
+std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const ExerciseOptions& exercise,
+                                      bool paused) {
   std::vector<StatusLine> lines;
   const auto step = static_cast<std::size_t>(status.step);
-  const double shown = status.last_error_clip.faults != kClipSound ? kClipErrorShown : kErrorShown;
-  if (status.last_error >= 0 && status.time - status.last_error_time < shown) {
+  if (paused) {
+    AddErrors(status, exercise, &lines);
+  } else if (status.last_error >= 0 && status.time - status.last_error_time < kErrorShown) {
     AddWrapped(LastErrorText(status, exercise), Tone::kAlarm, &lines);
   }
   if (status.restarts > 0 && status.time - status.restarted < kRestartShown) {

@@ -6,9 +6,9 @@
 
 namespace hpdm {
 
-/// Returns the exercise's present step, how far it is, and the last error for a while.
-std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status,
-                                      const ExerciseOptions& exercise);
+/// Returns the exercise's present step, how far it is, and the last error for a while; in a pause all errors.
+std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const ExerciseOptions& exercise,
+                                      bool paused);
 
 /// Returns the result of an exercise that has ended: its score, the steps that were done with their
 /// times, the errors with their points, and how to go on.

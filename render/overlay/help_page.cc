@@ -37,7 +37,7 @@ std::vector<StatusLine> HelpPage(const Status& status, const StatusNames& names)
       key("comma, full stop", "turn the optics about the shaft"),
       key("Home", "back to the first view"),
       {"Session", Tone::kGood},
-      key("p", "pause; the exercise's time stands"),
+      key("p", "pause; the exercise's time stands, and its errors are listed"),
       key("Backspace", "the exercise's step begins again; with Shift the one before"),
       key("i", "shows or hides the guidance; dots: what is still to be freed"),
       key("o", "next overlay: text, forces, contacts, lattice, none"),

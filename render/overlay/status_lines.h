@@ -10,9 +10,9 @@
 /// Helpers that the parts of the status text share.
 namespace hpdm {
 
-/// Adds a text in lines of up to about 44 bytes.
+/// Adds a text in lines of up to about 36 bytes: more would reach into the blocks of the instruments.
 inline void AddWrapped(const std::string& text, Tone tone, std::vector<StatusLine>* lines) {
-  constexpr std::size_t kMaxLine = 44;
+  constexpr std::size_t kMaxLine = 36;
   for (std::size_t begin = 0; begin < text.size();) {
     std::size_t end = text.size();
     if (end - begin > kMaxLine) {

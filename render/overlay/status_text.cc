@@ -341,7 +341,7 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
   if (status.marks != nullptr) text.marks = MarksOf(status);
   const ExerciseStatus& exercise = status.health.exercise;
   const bool guides = status.view.guidance && names.exercise && exercise.present;
-  if (guides && !exercise.ended) text.guidance = GuidanceLines(exercise, *names.exercise);
+  if (guides && !exercise.ended) text.guidance = GuidanceLines(exercise, *names.exercise, status.view.paused);
   if (guides && exercise.ended) {
     text.banner = ResultLines(exercise, *names.exercise);
     text.alarms.clear();

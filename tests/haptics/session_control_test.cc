@@ -89,7 +89,7 @@ TEST_F(SessionControlTest, ARestartLetsGoAtTheSlewLimitAndTheForceRampsIn) {
     if (i % 33 == 0) bench_.PublishPatch();
     sample = bench_.Tick();
     const double force = sample.tools[0].force_W.norm();
-    EXPECT_LT(force - last, 0.02) << "half a second to full force";
+    EXPECT_LT(force - last, 0.02 * full) << "half a second to full force";
     last = force;
   }
   EXPECT_EQ(sample.tools[0].kind, ContactKind::kPress);

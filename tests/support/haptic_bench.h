@@ -69,7 +69,7 @@ class Bench {
     ContactPatch& patch = patches.Back();
     patch = {};
     patch.step.number = ++step;
-    patch.step.input_tick = tick;
+    patch.step.input_tick = tick == 0 ? 0 : tick - 1;
     patch.step.device_time_ns = static_cast<Nanoseconds>(tick) * kPeriod;
     patch.tool_count = 1;
     patch.tools[0].places[0] = PlanePatch(7, 0.03, stiffness);

@@ -392,8 +392,8 @@ Scenery WithExercise() {
 TEST(StatusText, AnExerciseSaysWhatIsNextAndWhatWasWrong) {
   Scenery scenery = WithExercise();
   StatusText text = scenery.Text();
-  EXPECT_TRUE(Says(text.guidance, "2/2 Lift it off the liver until the layer is"));
-  EXPECT_TRUE(Says(text.guidance, "tight")) << "the line is wrapped";
+  EXPECT_TRUE(Says(text.guidance, "2/2 Lift it off the liver until the"));
+  EXPECT_TRUE(Says(text.guidance, "layer is tight")) << "the line is wrapped";
   EXPECT_TRUE(Says(text.guidance, "50 %"));
   EXPECT_TRUE(Says(text.guidance, "80 s left, 0 errors, score 40"));
   EXPECT_FALSE(Says(text.guidance, "4 N"));
@@ -402,8 +402,8 @@ TEST(StatusText, AnExerciseSaysWhatIsNextAndWhatWasWrong) {
   scenery.health.exercise.last_error_time = 18;
   EXPECT_TRUE(Says(scenery.Text().guidance, "more than 4 N"));
   EXPECT_TRUE(Says(scenery.Text().guidance, "1 error, "));
-  scenery.health.exercise.last_error_time = 16;
-  EXPECT_FALSE(Says(scenery.Text().guidance, "more than 4 N")) << "4.4 s ago";
+  scenery.health.exercise.last_error_time = 12;
+  EXPECT_FALSE(Says(scenery.Text().guidance, "more than 4 N")) << "8.4 s ago";
   scenery.view.guidance = false;
   EXPECT_TRUE(scenery.Text().guidance.empty());
 }
