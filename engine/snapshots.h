@@ -193,8 +193,8 @@ struct ToolReadout {
   int missed_duct = -1;
   double missed_by = 0;        ///< m: distance of that duct's surface from the jaws' middle.
   Nanoseconds missed_ns = -1;  ///< Time of that step.
-  /// The clip that the open jaws of a clip applier would put on now; its duct -1: none. The roll about z
-  /// of the tool frame would make it as square as it can be, rad.
+  /// The clip or cut that the open jaws would make now; its duct -1: none. The roll about z of the tool
+  /// frame would make it as square as it can be, rad.
   DuctAction clip_ahead;
   double clip_roll = 0;
 };

@@ -11,8 +11,6 @@
 namespace hpdm {
 namespace {
 
-// Share of the lumen's width, below 1 by roundings.
-constexpr double kWhole = 1 - 1e-9;
 // Clips that must be left on the organ's side of a cut.
 constexpr int kLeftOnOrgan = 1;
 
@@ -37,7 +35,7 @@ ClipFinding DuctJudge::Examine(const DuctAction& clip, double angle) const {
   finding.most_angle = angle;
   finding.coverage = clip.coverage;
   if (clip.angle > angle) finding.faults |= kClipOblique;
-  if (clip.coverage < kWhole) finding.faults |= kClipShort;
+  if (clip.coverage < kLeastCoverage) finding.faults |= kClipShort;
   const Duct* duct = Find(clip.duct);
   if (duct == nullptr) return finding;
   finding.to_clip = finding.to_end = std::numeric_limits<double>::infinity();
@@ -60,7 +58,7 @@ void DuctJudge::Keep(const DuctAction& action, bool good) {
   if (Find(action.duct) == nullptr) return;
   Duct& duct = ducts_[static_cast<std::size_t>(action.duct)];
   if (action.kind == DuctActionKind::kClip) {
-    duct.clips.push_back({action.arc, action.coverage >= kWhole, good});
+    duct.clips.push_back({action.arc, action.coverage >= kLeastCoverage, good});
   } else if (action.kind == DuctActionKind::kCut) {
     duct.cuts.push_back(action.arc);
   }
@@ -93,8 +91,9 @@ std::string FaultText(const ClipFinding& clip, const std::string& duct, bool key
   add(kClipOblique, Format("oblique: %.0f\u00b0 (at most %.0f\u00b0)", clip.angle / kDegree,
                            clip.most_angle / kDegree) +
                         (keys ? ", roll it with q or e" : ""));
-  add(kClipShort, Format("covers %.0f %% of the width, must cover all of it",
-                         std::floor(kPerCent * clip.coverage)));
+  add(kClipShort,
+      Format("covers %.0f %% of the width (at least %.0f %%)", std::floor(kPerCent * clip.coverage),
+             kPerCent * DuctJudge::kLeastCoverage));
   add(kClipNearClip, clip.to_clip < 0
                          ? std::string("on another clip")
                          : Format("%.1f mm from the next clip (at least %g mm)",

@@ -17,7 +17,7 @@ namespace hpdm {
 ///
 /// A clip is good if
 ///   1. the plane of the jaws is at most `angle` (rad) off the duct's normal plane,
-///   2. the jaws cover the whole width of the lumen, flattened between them,
+///   2. the jaws cover at least kLeastCoverage of the width of the lumen, flattened between them,
 ///   3. at least kLeastGap is between its edge and that of each other clip, and
 ///   4. at least kLeastToEnd is between its edge and each end that stays in the body.
 ///
@@ -27,8 +27,9 @@ namespace hpdm {
 /// cut.
 class DuctJudge {
  public:
-  static constexpr double kClipWidth = 0.001;   ///< m, along the duct.
-  static constexpr double kLeastGap = 0.002;    ///< m.
+  static constexpr double kClipWidth = 0.001;  ///< m, along the duct.
+  static constexpr double kLeastGap = 0.002;   ///< m.
+  static constexpr double kLeastCoverage = 0.98;
   static constexpr double kLeastToEnd = 0.003;  ///< m.
 
   explicit DuctJudge(std::vector<ExerciseDuct> ducts, int stay = kClipsThatStay);

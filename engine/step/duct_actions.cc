@@ -202,15 +202,17 @@ DuctAction DuctActions::MeasureAction(const DuctState& duct, const Place& place,
   return action;
 }
 
-// Measures the clip that the open jaws of a clip applier would put on now.
+// Measures the clip that the open jaws of a clip applier would put on now; of scissors the cut likewise.
 void DuctActions::LookAhead(const ToolPose& pose, const ToolGeometry& geometry,
                             std::span<AttachmentLink> links, ToolReadout* readout) {
   readout->clip_ahead = {};
-  if (geometry.action != ToolAction::kClip || pose.jaw < kJawGrasps) return;
+  const bool closes = geometry.action == ToolAction::kClip || geometry.action == ToolAction::kCut;
+  if (!closes || pose.jaw < kJawGrasps) return;
   const double length = geometry.JawsLength();
   const Place place = Between(pose.X_WT, 0, std::tan(pose.jaw * geometry.opening), length, links);
   if (place.link < 0) return;
   readout->clip_ahead = MeasureAction(links[ToSize(place.link)].ducts()[place.duct], place, length);
+  readout->clip_ahead.place_W = pose.X_WT * place.p_T;
   // The jaws' axis y turns into the plane of the shaft and the duct, by less than a quarter turn.
   const Vector3d& along_T = place.tangent_T;
   const double sign = along_T.y() < 0 ? -1 : 1;

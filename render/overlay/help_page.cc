@@ -18,7 +18,7 @@ std::vector<StatusLine> HelpPage(const Status& status, const StatusNames& names)
       {"Instrument", Tone::kGood},
       key("click, Space", "hold it with the mouse; Space releases it"),
       key("mouse", "move the tip across the picture"),
-      key("wheel", "up: push it in; down: pull it out"),
+      key("wheel", "up: push it in, down: pull it out; finely if turned slowly"),
       key("left button", "close the jaws while held"),
       key("j", "close the jaws and keep them closed; again: open them"),
       key("right button, q e", "roll: drag with the right button held, or hold a key"),

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 #include "engine/base/angle.h"
+#include "engine/exercise/duct_judge.h"
+#include "engine/mesh/closest_point.h"
 #include "render/overlay/exercise_text.h"
 #include "render/overlay/help_page.h"
 #include "render/overlay/status_lines.h"
@@ -174,14 +177,40 @@ void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
   }
 }
 
-// Returns the radius of a tool's tip, m; 0 if the names do not have it.
-double TipRadius(const StatusNames& names, int tool, int instrument_index) {
+// Returns a length of the instrument that a tool is, m; 0 if the names do not have it.
+double LengthOf(const std::vector<std::vector<double>>& lengths, int tool, int instrument_index) {
   const auto t = static_cast<std::size_t>(tool), i = static_cast<std::size_t>(instrument_index);
-  return t < names.tip_radii.size() && i < names.tip_radii[t].size() ? names.tip_radii[t][i] : 0;
+  return t < lengths.size() && i < lengths[t].size() ? lengths[t][i] : 0;
 }
 
+struct NearestDuct {
+  std::size_t duct = 0;
+  double gap = std::numeric_limits<double>::infinity();  // m, from a point to its surface
+};
+
+NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
+                          const StatusNames& names) {
+  NearestDuct nearest;
+  for (std::size_t d = 0; d < std::min(scene.ducts.size(), names.duct_radii.size()); ++d) {
+    const DuctSnapshot& duct = scene.ducts[d];
+    for (int i = 0; i + 1 < duct.nodes; ++i) {
+      if (duct.segments[ToSize(i)] == SegmentState::kGap) continue;
+      const Vector3d a_W = duct.nodes_W[ToSize(i)].cast<double>();
+      const Vector3d b_W = duct.nodes_W[ToSize(i + 1)].cast<double>();
+      const Vector3d near_W = a_W + ClosestOnSegment(p_W, a_W, b_W) * (b_W - a_W);
+      const double gap = (p_W - near_W).norm() - names.duct_radii[d];
+      if (gap < nearest.gap) nearest = {d, gap};
+    }
+  }
+  return nearest;
+}
+
+// m up to which jaws that close on ducts are said to be near one.
+constexpr double kDuctShown = 0.03;
+
 // Returns what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm
-// into liver", "12 mm from liver", or "free" if no organ is near.
+// into liver", "12 mm from liver", or "free" if no organ is near. Jaws that close on ducts tell how far
+// their middle is from one.
 StatusLine ContactLine(const Status& status, const StatusNames& names, int tool) {
   const SessionHealth::Tool& health = status.health.tools[tool];
   const SolvedContact& contact = status.scene.contacts[tool];
@@ -192,10 +221,18 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
   if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
     return {"in " + names.layers[layer], Tone::kGood};
   }
+  const ToolPose& pose = status.scene.tools[tool];
+  if (const double jaws = LengthOf(names.duct_jaws, tool, pose.instrument_index);
+      health.organ < 0 && jaws > 0) {
+    const auto [duct, gap] =
+        NearestDuctTo(pose.X_WT * Vector3d(0, 0, jaws / 2), status.scene, names);
+    if (gap < kDuctShown) {
+      return {Format("%.0f mm from ", 1e3 * std::max(0.0, gap)) + names.ducts[duct], Tone::kDim};
+    }
+  }
   if (health.organ < 0 && contact.organ >= 0) {
-    const ToolPose& pose = status.scene.tools[tool];
     const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
-                            TipRadius(names, tool, pose.instrument_index);
+                            LengthOf(names.tip_radii, tool, pose.instrument_index);
     return {
         Format("%.0f mm from ", 1e3 * std::max(0.0, distance)) + OrganName(names, contact.organ),
         Tone::kDim};
@@ -208,27 +245,33 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
 // s for which a closing that found no duct is shown, and m up to which it was near one.
 constexpr double kMissShown = 6, kMissNear = 0.015;
 
-// rad: a duct this near to square needs no roll.
-constexpr double kSquare = 5 * kDegree;
+// rad: a roll that hardly changes a clip.
+constexpr double kLittleRoll = 5 * kDegree;
 
 // Adds the duct between the open jaws of a clip applier and how a clip would lie on it.
-void AddClipAhead(const ToolReadout& readout, const StatusNames& names,
+void AddClipAhead(const Status& status, const StatusNames& names, int tool,
                   std::vector<StatusLine>* lines) {
+  const ToolReadout& readout = status.scene.readouts[tool];
   const DuctAction& clip = readout.clip_ahead;
   const auto duct = static_cast<std::size_t>(clip.duct);
   if (clip.duct < 0 || duct >= names.ducts.size()) return;
-  lines->push_back({"between jaws: " + names.ducts[duct], Tone::kGood});
-  if (clip.coverage < 1) lines->push_back({"not across all of it: push in", Tone::kWarning});
-  if (clip.angle < kSquare) {
-    lines->push_back({"square", Tone::kGood});
-  } else if (std::abs(readout.clip_roll) < kSquare) {
-    lines->push_back(
-        {Format("%.0f\u00b0 oblique: shift the tip", clip.angle / kDegree), Tone::kWarning});
+  lines->push_back({"in jaws: " + names.ducts[duct], Tone::kGood});
+  if (readout.clips_left < 0) return;  // scissors cut at any angle
+  if (clip.coverage < DuctJudge::kLeastCoverage) {
+    const ToolPose& pose = status.scene.tools[tool];
+    const double jaws = LengthOf(names.duct_jaws, tool, pose.instrument_index);
+    const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
+    lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
+  }
+  const double angle = clip.angle / kDegree, roll = readout.clip_roll;
+  if (std::abs(roll) >= kLittleRoll) {
+    lines->push_back({Format("%.0f\u00b0 oblique: roll %.0f\u00b0, %s", angle,
+                             std::abs(roll) / kDegree, roll > 0 ? "e" : "q"),
+                      clip.angle > kClipAngle ? Tone::kWarning : Tone::kPlain});
+  } else if (clip.angle > kClipAngle) {
+    lines->push_back({Format("%.0f\u00b0 oblique: pull it across", angle), Tone::kWarning});
   } else {
-    lines->push_back(
-        {Format("%.0f\u00b0 oblique: roll %.0f\u00b0, key %s", clip.angle / kDegree,
-                std::abs(readout.clip_roll) / kDegree, readout.clip_roll > 0 ? "e" : "q"),
-         Tone::kWarning});
+    lines->push_back({Format("%.0f\u00b0 oblique: good", angle), Tone::kGood});
   }
 }
 
@@ -242,7 +285,7 @@ void AddReadout(const Status& status, const StatusNames& names, int tool,
     lines->push_back({Format("clips left: %d", readout.clips_left),
                       readout.clips_left == 0 ? Tone::kWarning : Tone::kPlain});
   }
-  AddClipAhead(readout, names, lines);
+  AddClipAhead(status, names, tool, lines);
   const auto duct = static_cast<std::size_t>(readout.missed_duct);
   const double age = ToSeconds(status.scene.step.time_ns - readout.missed_ns);
   if (readout.missed_duct < 0 || duct >= names.ducts.size() || age > kMissShown ||
@@ -341,7 +384,8 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
   if (status.marks != nullptr) text.marks = MarksOf(status);
   const ExerciseStatus& exercise = status.health.exercise;
   const bool guides = status.view.guidance && names.exercise && exercise.present;
-  if (guides && !exercise.ended) text.guidance = GuidanceLines(exercise, *names.exercise, status.view.paused);
+  if (guides && !exercise.ended)
+    text.guidance = GuidanceLines(exercise, *names.exercise, status.view.paused);
   if (guides && exercise.ended) {
     text.banner = ResultLines(exercise, *names.exercise);
     text.alarms.clear();

@@ -21,7 +21,10 @@ struct StatusNames {
   std::optional<ExerciseOptions> exercise = {};
   std::vector<std::string> layers = {};  ///< Of the attachments.
   std::vector<std::string> ducts = {};
+  std::vector<double> duct_radii = {};              ///< m.
   std::vector<std::vector<double>> tip_radii = {};  ///< As `instruments`, m.
+  /// As `instruments`: length of the jaws that close on ducts, m; 0 without any.
+  std::vector<std::vector<double>> duct_jaws = {};
 };
 
 /// Inputs of the text at one frame.

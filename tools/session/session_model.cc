@@ -357,15 +357,23 @@ StatusNames SessionModel::Names() const {
   StatusNames names;
   names.exercise = scene_.exercise;
   for (const AttachmentBed& bed : beds_) names.layers.push_back(LabelOf(bed.options));
-  for (const DuctOptions& duct : scene_.ducts) names.ducts.push_back(duct.name);
+  for (const DuctOptions& duct : scene_.ducts) {
+    names.ducts.push_back(duct.name);
+    names.duct_radii.push_back(duct.radius);
+  }
   for (const OrganModel& organ : organs_) names.organs.push_back(organ.options().name);
   for (const InstrumentOptions& options : scene_.instruments) {
     names.trocars_W.push_back(options.p_trocar_W);
     std::vector<std::string>& held = names.instruments.emplace_back();
     std::vector<double>& radii = names.tip_radii.emplace_back();
+    std::vector<double>& jaws = names.duct_jaws.emplace_back();
     for (int e = 0; e < options.HeldCount(); ++e) {
-      held.push_back(options.Held(e).name);
-      radii.push_back(options.Held(e).geometry.tip_radius);
+      const InstrumentDescription& instrument = options.Held(e);
+      held.push_back(instrument.name);
+      radii.push_back(instrument.geometry.tip_radius);
+      const ToolAction action = instrument.geometry.action;
+      const bool closes = action == ToolAction::kClip || action == ToolAction::kCut;
+      jaws.push_back(closes ? instrument.geometry.JawsLength() : 0);
     }
   }
   return names;

@@ -21,6 +21,8 @@ constexpr double kHandSpeed = 0.04;   // m of the second hand's tip, across the 
 constexpr double kHandInsert = 0.03;  // m, along its shaft
 
 constexpr double kWheelInsertion = 0.004;    // m per step
+constexpr double kFineInsertion = 0.001;     // m, for one that comes after kSlowWheel
+constexpr double kSlowWheel = 0.15;          // s
 constexpr double kDragTurn = 0.5 * kDegree;  // rad per pixel
 constexpr double kMinTipDepth = 0.01;        // m: a tip at the lens would not follow the cursor
 
@@ -67,11 +69,7 @@ void TrainerInput::Take(const WindowEvent& event) {
   } else if (const auto* motion = std::get_if<MotionEvent>(&event)) {
     Move(*motion);
   } else if (const auto* wheel = std::get_if<WheelEvent>(&event)) {
-    if (Shift()) {
-      MoveScope(0, 0, kWheelInsertion * wheel->steps, 0, 1);
-    } else if (HasHand()) {
-      Insert(view_.active_instrument, kWheelInsertion * wheel->steps);
-    }
+    TurnWheel(wheel->steps);
   } else if (const auto* button = std::get_if<ButtonEvent>(&event)) {
     if (button->button == MouseButton::kLeft) {
       // The click that captures the cursor does not close the jaws.
@@ -178,6 +176,7 @@ void TrainerInput::Restart(int step) {
 }
 
 void TrainerInput::Advance(double seconds) {
+  wheel_rests_ += seconds;
   const auto axis = [this, seconds](int forth, int back) {
     return seconds * (static_cast<double>(Held(forth)) - static_cast<double>(Held(back)));
   };
@@ -212,6 +211,16 @@ void TrainerInput::MoveSecondHand(double seconds) {
   }
   Insert(second, kHandInsert * seconds * rate('y', 'b', gamepad_.in));
   Turn(second, kToolTurn * seconds * rate('n', 'c', gamepad_.roll));
+}
+
+void TrainerInput::TurnWheel(double steps) {
+  const bool slow = wheel_rests_ > kSlowWheel;
+  wheel_rests_ = 0;
+  if (Shift()) {
+    MoveScope(0, 0, kWheelInsertion * steps, 0, 1);
+  } else if (HasHand()) {
+    Insert(view_.active_instrument, (slow ? kFineInsertion : kWheelInsertion) * steps);
+  }
 }
 
 void TrainerInput::Move(const MotionEvent& motion) {

@@ -18,7 +18,7 @@ namespace hpdm {
 /// thread or clock of its own, so the same events give the same controls.
 ///
 ///     mouse (cursor captured)        moves the active instrument's tip across the picture
-///     wheel                          inserts the instrument along its shaft
+///     wheel                          inserts the instrument along its shaft, finely if turned slowly
 ///     left button; j                 closes its jaws while held; until pressed again
 ///     right button and drag; q, e    roll it
 ///     t, g, f, h                     move the second hand's tip up, down, left, right
@@ -80,6 +80,7 @@ class TrainerInput {
   void Turn(int instrument, double roll);
   void Insert(int instrument, double length);
   void MoveSecondHand(double seconds);
+  void TurnWheel(double steps);
   void MoveScope(double up, double right, double insertion, double roll, double zoom);
   void NextInstrument();
   void Activate(int instrument);
@@ -106,6 +107,7 @@ class TrainerInput {
   std::array<bool, kMaxInstruments> closed_{};  // by key, until it is pressed again
   std::set<int> held_;
   GamepadEvent gamepad_;
+  double wheel_rests_ = 0;  // s since the wheel turned
   bool any_key_ends_ = false;
   bool pad_grips_ = false;  // the gamepad's grip is held, since the present second hand is one
   bool grips_ = false;      // the left button is held

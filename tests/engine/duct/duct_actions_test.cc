@@ -174,7 +174,10 @@ TEST(DuctActions, AnOpenClipApplierShowsTheClipThatItWouldPutOn) {
   EXPECT_EQ(blocks.Readout().clip_ahead.duct, -1) << "beside it";
   JoinedBlocks scissors(Scissors());
   scissors.Step(JoinedBlocks::Jaws(kLength / 2, 1), 2);
-  EXPECT_EQ(scissors.Readout().clip_ahead.duct, -1) << "no clip applier";
+  EXPECT_EQ(scissors.Readout().clip_ahead.duct, 0);
+  JoinedBlocks grasper(Grasper());
+  grasper.Step(JoinedBlocks::Jaws(kLength / 2, 1), 2);
+  EXPECT_EQ(grasper.Readout().clip_ahead.duct, -1);
 }
 
 TEST(DuctActions, AGrasperHoldsAndPullsADuct) {

@@ -131,7 +131,7 @@ const DuctCase kDuctCases[] = {
      {},
      {Tilted(11)},
      {Tilted(9)}},
-    {"coverage", kBadClip, {}, {Covering(0.99)}, {Covering(1)}},
+    {"coverage", kBadClip, {}, {Covering(0.979)}, {Covering(0.981)}},
     {"gap", kBadClip, {{Clip(0.01)}}, {Clip(0.0129)}, {Clip(0.0131)}},
     {"gap_on_the_other_side", kBadClip, {{Clip(0.01)}}, {Clip(0.0071)}, {Clip(0.0069)}},
     {"gap_to_a_bad_clip", kBadClip, {{Tilted(30)}}, {Clip(0.0129)}, {Clip(0.0131)}},

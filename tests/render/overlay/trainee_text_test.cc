@@ -222,19 +222,47 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   ToolReadout& readout = trainee.scene.readouts[1];
   readout.clip_ahead.duct = 0;
   readout.clip_ahead.coverage = 1;
-  readout.clip_ahead.angle = 3 * kDegree;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "between jaws: cystic duct"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "square"));
+  readout.clip_ahead.angle = 18 * kDegree;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "18\u00b0 oblique: good"));
   readout.clip_ahead.angle = 34 * kDegree;
   readout.clip_roll = 31 * kDegree;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: roll 31\u00b0, key e"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: roll 31\u00b0, e"));
   readout.clip_roll = -31 * kDegree;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "key q"));
-  EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "roll 31\u00b0, q"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "cover it"));
   readout.clip_ahead.coverage = 0.8;
   readout.clip_roll = 0;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "not across all of it: push in"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: shift the tip")) << "no roll helps";
+  trainee.names.duct_jaws = {{0}, {0.01}};
+  readout.clip_ahead.place_W = Vector3d(0, 0, 0.001);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "push in to cover it")) << "it is at the tip";
+  readout.clip_ahead.place_W = Vector3d(0, 0, 0.009);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "pull back to cover it"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: pull it across"))
+      << "no roll helps";
+  readout.clips_left = -1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "oblique")) << "scissors";
+}
+
+TEST(TraineeText, JawsForDuctsTellHowFarTheNearestDuctIs) {
+  Trainee trainee;
+  trainee.names.duct_jaws = {{0}, {0.01}};
+  trainee.names.duct_radii = {0.002, 0.001};
+  trainee.health.tools[1].organ = -1;
+  trainee.scene.ducts.resize(2);
+  for (std::size_t d = 0; d < 2; ++d) {
+    DuctSnapshot& duct = trainee.scene.ducts[d];
+    const auto x = static_cast<float>(0.02 + 0.01 * static_cast<double>(d));
+    duct.nodes = 2;
+    duct.nodes_W[0] = {x, -0.05f, 0.005f};
+    duct.nodes_W[1] = {x, 0.05f, 0.005f};
+  }
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "18 mm from cystic duct")) << "from the jaws' middle";
+  trainee.scene.ducts[0].segments[0] = SegmentState::kGap;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "29 mm from cystic artery"));
+  trainee.scene.ducts[1].nodes_W[0].x() = trainee.scene.ducts[1].nodes_W[1].x() = 0.05f;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));
 }
 
 TEST(TraineeText, ARestartIsShownForAWhile) {

@@ -111,6 +111,17 @@ TEST_F(TrainerInputTest, TheWheelMovesTheTipAlongItsShaft) {
   EXPECT_TRUE(input.target(0).p_W.isApprox(before, 1e-12));
 }
 
+TEST_F(TrainerInputTest, AWheelThatTurnsSlowlyMovesTheTipFinely) {
+  TrainerInput input = Input();
+  const double insertion = Insertion(input, 0);
+  input.Advance(0.2);
+  input.Handle(WheelEvent{1});
+  EXPECT_NEAR(Insertion(input, 0), insertion + 0.001, 1e-12);
+  input.Advance(0.1);
+  input.Handle(WheelEvent{1});
+  EXPECT_NEAR(Insertion(input, 0), insertion + 0.005, 1e-12) << "it turns on";
+}
+
 TEST_F(TrainerInputTest, TheWorkspaceBoundsTheTipWithoutSlack) {
   TrainerInput input = Taken();
   const DeviceProfile profile;
