@@ -329,8 +329,8 @@ bool StringsFit(std::span<const std::uint8_t> bytes, StringPlace place) {
 // What precedes them: the hash and fixed members.
 StringPlace StringsOf(const event_t&) { return {kHashBytes + 8 + 8 + 1, 2}; }
 StringPlace StringsOf(const mesh_t&) { return {kHashBytes + 3 * 4 + 8 + 3 * 4, 1}; }
-StringPlace StringsOf(const exercise_t&) { return {kHashBytes + 2 * 8 + 3 * 4 + 5 * 8 + 2, 3}; }
-StringPlace StringsOf(const teacher_t&) { return {kHashBytes + 8 + 1 + 2 * 8, 1}; }
+StringPlace StringsOf(const exercise_t&) { return {kHashBytes + 2 * 8 + 4 * 4 + 5 * 8 + 2, 3}; }
+StringPlace StringsOf(const teacher_t&) { return {kHashBytes + 8 + 1 + 4 + 2 * 8, 1}; }
 
 std::span<const int> ElementSizes(const tool_t&) {
   static const int sizes[] = {tool_input_t()._getEncodedSizeNoHash()};

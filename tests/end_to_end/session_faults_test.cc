@@ -162,7 +162,7 @@ TEST_F(SessionFaults, AFullDiskCostsWhatDoesNotFitAndNothingElse) {
   EXPECT_EQ(health.events, summary["log"]["events"]);
 }
 
-TEST_F(SessionFaults, ATeacherPausesContinuesPointsAndBeginsABleeding) {
+TEST_F(SessionFaults, ATeacherPausesContinuesPointsRestartsAndBeginsABleeding) {
   RUN_INSIDE_NAMESPACE()
   const auto teach = [](const std::string& request) {
     return Shell(kHpdmProgram + " teach " + request);
@@ -173,12 +173,14 @@ TEST_F(SessionFaults, ATeacherPausesContinuesPointsAndBeginsABleeding) {
   ASSERT_EQ(teach("continue"), 0);
   ASSERT_TRUE(Becomes([&] { return listener_->Events("session.resumed") == 1; }));
   ASSERT_EQ(teach("point --x 0.25 --y 0.5 --text here"), 0);
+  ASSERT_EQ(teach("restart --step 2"), 0);
   ASSERT_EQ(teach("bleed --x 0.75"), 0);
   ASSERT_TRUE(Becomes([&] { return listener_->Events("teacher.bleeding") == 1; }));
   End(0);
   std::map<std::string, int> events = LoggedEvents(out());
-  for (const char* name : {"teacher.paused", "session.paused", "teacher.continued",
-                           "session.resumed", "teacher.point", "teacher.bleeding"}) {
+  for (const char* name :
+       {"teacher.paused", "session.paused", "teacher.continued", "session.resumed", "teacher.point",
+        "teacher.restart", "teacher.bleeding"}) {
     EXPECT_EQ(events[name], 1) << name;
   }
   EXPECT_TRUE(Health().Sound());

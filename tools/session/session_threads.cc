@@ -56,12 +56,14 @@ bool ExerciseOver(const Loops& loops, const SessionClock& clock, bool has_window
 void HearTeacher(const Loops& loops, Nanoseconds now, bool has_window) {
   if (loops.teacher == nullptr) return;
   const auto [pause, restart_step] = loops.teacher->Handle(now, loops.telemetry.BleedingsOver());
+  const bool restarts =
+      restart_step && loops.session.ExerciseSteps() > 0 && !loops.telemetry.ExerciseEnded();
   if (has_window) {
     if (pause) loops.window->SetPaused(*pause);
-    if (restart_step && !loops.telemetry.ExerciseEnded()) loops.window->Restart(*restart_step);
+    if (restarts) loops.window->Restart(*restart_step);
   } else {
     if (pause) loops.exchanges->SetPaused(*pause, &loops.session.control);
-    if (restart_step) loops.exchanges->Restart(*restart_step, &loops.session.control);
+    if (restarts) loops.exchanges->Restart(*restart_step, &loops.session.control);
   }
 }
 

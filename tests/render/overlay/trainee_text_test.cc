@@ -220,6 +220,7 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   Trainee trainee;
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "between jaws"));
   ToolReadout& readout = trainee.scene.readouts[1];
+  readout.clips_left = 3;
   readout.clip_ahead.duct = 0;
   readout.clip_ahead.coverage = 1;
   readout.clip_ahead.angle = 18 * kDegree;
