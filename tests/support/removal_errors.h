@@ -106,7 +106,13 @@ class ErringSurgeon : public RemovalSurgeon {
     return {last, last - 0.0033, last - 0.0075};
   }
   double SegmentLength() const { return RodOf(kCysticDuct).rest_length() / kDuctSegments; }
-  double RadiusOf(Duct duct) const { return session_.model().scene().ducts[duct].radius; }
+  /// Returns the distance of a point from a duct's surface, m; below 0 inside.
+  double GapTo(Duct duct, const Vector3d& p_W) const {
+    const Rod& rod = RodOf(duct);
+    std::vector<Vector3d> path_W;
+    for (int i = 0; i < rod.nodes(); ++i) path_W.push_back(rod.node(i));
+    return DistanceTo(path_W, p_W) - session_.model().scene().ducts[duct].radius;
+  }
   double LumenHalf() const {
     const DuctOptions& duct = session_.model().scene().ducts[kCysticDuct];
     return std::numbers::pi / 2 * (duct.radius - duct.wall);
@@ -200,13 +206,18 @@ inline std::vector<RemovalError> RemovalErrors() {
       return true;
     };
   };
-  // The hook's surface is so far above that of the artery's middle; below it if negative.
+  // The hook comes to the artery's middle from its port, up to so far from the artery; into it if negative.
   const auto burn_artery = [](double gap) {
     return [=](S* s) {
       s->Change(S::kHook);
       const Vector3d middle_W = s->RodOf(S::kCysticArtery).node(kDuctSegments / 2);
-      const Vector3d outward_W = (s->port_W() - middle_W).normalized();
-      s->GoTo({middle_W + s->RadiusOf(S::kCysticArtery) * outward_W, outward_W}, -gap);
+      S::Place place{middle_W, (s->port_W() - middle_W).normalized()};
+      const double radius = (s->Centre(place, 0) - place.at_W).norm();  // of the tip
+      while (s->GapTo(S::kCysticArtery, place.at_W) < gap + radius) {
+        place.at_W += 5e-5 * place.outward_W;
+      }
+      place.at_W -= radius * place.outward_W;
+      s->GoTo(place, 0);
       s->Pedal(11);
       s->BackOff();
       return true;
