@@ -61,7 +61,10 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     columns = std::max(columns, organ.state().control_displacements.rows());
   }
   trackers_.reserve(tools.size());
-  if (organ_contacts_.pairs() > 0) loads_.resize(3 * columns, ContactSolver::kMaxEquations);
+  if (organ_contacts_.pairs() > 0) {
+    loads_.resize(3 * columns, ContactSolver::kMaxEquations);
+    loads_.setZero();  // its pages are the program's from now on
+  }
   for (std::size_t t = 0; t < tools.size(); ++t) {
     trackers_.emplace_back(static_cast<int>(t), tools[t]).Reserve(columns);
   }
