@@ -30,6 +30,11 @@ Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
   return SheddableOf(options);
 }
 
+void ApplyRelaxations(const StepSample& recorded, std::vector<OrganStep>* organs) {
+  const auto count = std::min(static_cast<std::size_t>(recorded.organ_count), organs->size());
+  for (std::size_t o = 0; o < count; ++o) (*organs)[o].ApplyRecorded(recorded.organs[o]);
+}
+
 }  // namespace
 
 DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
@@ -61,10 +66,7 @@ DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
     columns = std::max(columns, organ.state().control_displacements.rows());
   }
   trackers_.reserve(tools.size());
-  if (organ_contacts_.pairs() > 0) {
-    loads_.resize(3 * columns, ContactSolver::kMaxEquations);
-    loads_.setZero();  // its pages are the program's from now on
-  }
+  if (organ_contacts_.pairs() > 0) loads_.resize(3 * columns, ContactSolver::kMaxEquations);
   for (std::size_t t = 0; t < tools.size(); ++t) {
     trackers_.emplace_back(static_cast<int>(t), tools[t]).Reserve(columns);
   }
@@ -171,8 +173,11 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
 }
 
 void DeformationLoop::ApplyRecorded(const StepSample& recorded) {
-  const auto count = std::min(static_cast<std::size_t>(recorded.organ_count), organs_.size());
-  for (std::size_t o = 0; o < count; ++o) organs_[o].ApplyRecorded(recorded.organs[o]);
+  ApplyRelaxations(recorded, &organs_);
+  // A return to an earlier state takes them away: FollowExercise applies them again.
+  sample_.step = recorded.step;
+  sample_.organ_count = recorded.organ_count;
+  sample_.organs = recorded.organs;
   shedding_.ApplyRecorded(recorded.step.shed_level);
   if (edges_->checkpoints != nullptr) edges_->checkpoints->ApplyRecorded(recorded.step.kept_step);
 }
@@ -182,6 +187,8 @@ void DeformationLoop::FollowExercise(const RestartRequest& request) {
   const Checkpoints::Change change = edges_->checkpoints->Follow(request, this);
   record_.kept_step = change.kept;
   record_.restarted_step = change.restarted;
+  const bool is_replay = sample_.step.number == record_.number;
+  if (change.restarted >= 0 && is_replay) ApplyRelaxations(sample_, &organs_);
 }
 
 // The jaws' closings, the load and the tools belong to the hands and to this machine: they continue.
