@@ -273,7 +273,7 @@ TEST_F(Bleedings, LastUntilTheNextClipThatHoldsADuct) {
   EXPECT_TRUE(judge.result().errors.empty());
 }
 
-// The second is open when the exercise restarts; the first was stopped before.
+// The first was stopped before, the second is open when the step begins, the third begins later.
 TEST_F(Bleedings, ThatAreOpenAreOverByARestart) {
   ExerciseEvaluator judge = Judge(3.5 * kStep);
   Step(0, &judge);
@@ -288,19 +288,20 @@ TEST_F(Bleedings, ThatAreOpenAreOverByARestart) {
     sample.step.restarted_step = restarted;
     judge.Add(sample);
   };
+  judge.AddBleeding(kStepPeriod);
   mark(2, 0, -1);
   judge.AddBleeding(2 * kStepPeriod);
   for (int n = 3; n <= 5; ++n) Step(n, &judge);
   EXPECT_EQ(judge.BleedingsOver(), 1);
   mark(6, -1, 0);
-  EXPECT_EQ(judge.BleedingsOver(), 2);
+  EXPECT_EQ(judge.BleedingsOver(), 3);
   ASSERT_EQ(judge.result().bleedings.size(), 1u);
   for (int n = 7; n <= 15; ++n) Step(n, &judge);
   EXPECT_TRUE(judge.result().errors.empty());
   judge.AddBleeding(15 * kStepPeriod);
   Step(16, &judge);
   Step(17, &judge, Clip(0.02));
-  EXPECT_EQ(judge.BleedingsOver(), 3);
+  EXPECT_EQ(judge.BleedingsOver(), 4);
 }
 
 TEST_F(Bleedings, AreAnErrorOnceAfterTheirLimit) {
