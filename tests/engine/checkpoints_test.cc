@@ -102,6 +102,21 @@ TEST_F(HeldBlock, ClosedJawsLetGoAndHoldNothingUntilTheyOpen) {
   EXPECT_EQ(bench_.patch.Front().tools[0].main().kind, ContactKind::kGrasp);
 }
 
+TEST_F(HeldBlock, AReplayKeepsTheRecordedQualityInTheStepThatReturns) {
+  Leave();
+  bench_.Reach(1);
+  Leave();
+  Press(0.006, 3);
+  StepSample recorded = bench_.loop().sample();
+  ++recorded.step.number;
+  recorded.organs[0].refinement_weight = 0.25;
+  bench_.Restart(1);
+  bench_.ApplyRecorded(recorded);
+  Leave();
+  EXPECT_EQ(bench_.record().restarted_step, 1);
+  EXPECT_EQ(bench_.loop().sample().organs[0].refinement_weight, 0.25);
+}
+
 TEST_F(HeldBlock, OnlyAStepThatHasBegunRestarts) {
   Leave();
   bench_.Restart(1);

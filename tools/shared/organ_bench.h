@@ -63,6 +63,9 @@ class OrganBench {
   }
   static ToolPose Away() { return Above(Vector3d(5, 5, 5)); }
 
+  /// For the next step, as in a replay.
+  void ApplyRecorded(const StepSample& recorded) { loop_->ApplyRecorded(recorded); }
+
   using ContactPoints = std::array<TickContactPoint, kToolPlaces>;
 
   void Step(std::span<const ToolPose> tools) { Step(StateOf(tools)); }
