@@ -28,7 +28,7 @@ class Checkpoints {
   /// The edge of the exercise's progress, to be written.
   TripleBuffer<ExerciseProgress>& progress() { return progress_; }
 
-  /// What Follow() did to a step of the exercise; -1: nothing.
+  /// The exercise's steps that Follow() kept and restarted; -1: none.
   struct Change {
     int kept = -1;
     int restarted = -1;

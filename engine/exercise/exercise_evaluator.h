@@ -169,7 +169,7 @@ class ExerciseEvaluator {
   std::array<SolvedContact, kMaxInstruments> last_contacts_;
   std::array<int, kMaxInstruments> instruments_{};  // that the hands hold, as in ToolPose
   JawClosings jaw_closings_;
-  int bleedings_forgotten_ = 0;                     // by restarts
+  int bleedings_forgotten_ = 0;  // by restarts
   std::vector<std::shared_ptr<const ExerciseEvaluator>>
       kept_;  // at the beginning of each step, or null
 };

@@ -101,8 +101,8 @@ struct ExerciseOptions {
   std::vector<ExerciseErrorOptions> errors;
   std::vector<ExerciseTool> hooks;     ///< The scene's hooks.
   std::vector<ExerciseTool> scissors;  ///< Its scissors.
-  std::vector<ExerciseDuct> ducts;  ///< The scene's ducts.
-  std::vector<std::string> organs;  ///< Names of the scene's organs.
+  std::vector<ExerciseDuct> ducts;     ///< The scene's ducts.
+  std::vector<std::string> organs;     ///< Names of the scene's organs.
   int clips_that_stay = kClipsThatStay;
 };
 

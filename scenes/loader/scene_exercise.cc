@@ -191,8 +191,8 @@ constexpr ErrorKind kKinds[] = {
     {ExerciseErrorKind::kStretch, "duct overstretched", 1.5},
 };
 constexpr ExerciseErrorKind kWithOrgan[] = {
-    ExerciseErrorKind::kForce, ExerciseErrorKind::kTear,      ExerciseErrorKind::kBurn,
-    ExerciseErrorKind::kDrop,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kPerforation,
+    ExerciseErrorKind::kForce,   ExerciseErrorKind::kTear,      ExerciseErrorKind::kBurn,
+    ExerciseErrorKind::kDrop,    ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kPerforation,
     ExerciseErrorKind::kWrongCut};
 constexpr ExerciseErrorKind kWithDuct[] = {
     ExerciseErrorKind::kBadClip,  ExerciseErrorKind::kWrongClip, ExerciseErrorKind::kEarlyClip,
