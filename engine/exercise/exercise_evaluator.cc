@@ -58,8 +58,10 @@ void ExerciseEvaluator::Restart(int step, Nanoseconds now_ns) {
                       .errors = static_cast<int>(result_.errors.size() - then.errors.size())});
   const std::size_t begun = ToSize(bleedings_forgotten_) + bleedings_ns_.size();
   auto kept = std::move(kept_);
+  const JawClosings jaws = jaw_closings_;
   *this = *kept[ToSize(step)];
   kept_ = std::move(kept);
+  jaw_closings_ = jaws;  // the hands continue, as in DeformationLoop::ReturnTo
   result_.restarts = std::move(restarts);
   // All hands have let go.
   last_contacts_.fill({});

@@ -439,6 +439,26 @@ TEST(ExerciseEvaluator, ARestartReturnsToTheTimeErrorsAndScoreOfItsStep) {
   EXPECT_TRUE(course.result().passed) << "after the end nothing changes";
 }
 
+// The step began with open jaws; they have been closed since.
+TEST(ExerciseEvaluator, JawsThatAreClosedDoNotCloseByARestart) {
+  Course course(Exercise({.kind = ExerciseErrorKind::kWrongCut, .organ = kLiver}));
+  const auto step = [&course](double jaw, int kept, int restarted) {
+    course.Run(1, [=](StepSample* s) {
+      s->tools[kGrasper].instrument_index = kScissors;
+      s->tools[kGrasper].jaw = jaw;
+      s->step.kept_step = kept;
+      s->step.restarted_step = restarted;
+    });
+  };
+  step(0.9, -1, -1);
+  step(0.9, 1, -1);
+  step(0, -1, -1);
+  course.Run(0, [](StepSample* s) { Touch(s, kGrasper, kLiver, 0.2); });
+  step(0, -1, 1);
+  EXPECT_EQ(course.status().restarts, 1);
+  EXPECT_EQ(course.errors(), 0u);
+}
+
 TEST(ExerciseEvaluator, LateStepsGiveNoTimePointsAndTheLimitEndsIt) {
   const auto hold = [](StepSample* s) {
     Touch(s, kGrasper, kGallbladder, 0.2, ContactKind::kGrasp, 0.02);
