@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kErrorShown = 8;       // s for which an error stays on the screen
 constexpr double kRestartShown = 6;     // s
+constexpr double kDoneShown = 5;        // s for which a step that has just been done is named
 constexpr std::size_t kMaxResult = 26;  // lines that fit on the picture
 
 // Returns the name of the last error, or of a clip its faults with their figures.
@@ -53,6 +54,10 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const Exerci
   }
   if (status.restarts > 0 && status.time - status.restarted < kRestartShown) {
     lines.push_back({"begins again: instruments have let go", Tone::kWarning});
+  }
+  for (std::size_t s = 0; s < std::min({step, exercise.steps.size(), kShownSteps}); ++s) {
+    if (status.time - status.step_times[s] > kDoneShown) continue;
+    AddWrapped("done: " + exercise.steps[s].name, Tone::kPlain, &lines);
   }
   if (step < exercise.steps.size()) {
     AddWrapped(

@@ -306,7 +306,7 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
                        InstrumentName(names, tool, status.scene.tools[tool].instrument_index),
                    active ? Tone::kGood : Tone::kPlain});
   if (status.outside[static_cast<std::size_t>(tool)]) {
-    lines.push_back({"outside the picture", Tone::kWarning});
+    lines.push_back({"outside the picture", active ? Tone::kWarning : Tone::kDim});
     if (active) lines.push_back({"wheel up brings it in", Tone::kWarning});
   }
   AddReadout(status, names, tool, &lines);

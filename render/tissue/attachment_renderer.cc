@@ -22,12 +22,26 @@ constexpr float kRawFrom = 0.5f;
 // Vertices within so many sample widths of a sample's point belong to the bed.
 constexpr double kBedReach = 1.0;
 const Colour kFibreColour(0.88f, 0.74f, 0.66f);
+const Colour kTautColour(1.0f, 1.0f, 0.97f);  // of fibres that are about to tear
 const Colour kLeafColour(0.86f, 0.72f, 0.62f);
 
 // Returns 0 for whole tissue up to 1 for raw, and from there on up to 2 for charred.
 float RawnessOf(float damage, float burnt) {
   const float x = std::clamp((damage - kRawFrom) / (1 - kRawFrom), 0.0f, 1.0f);
   return x * x * (3 - 2 * x) + (damage >= 1 ? burnt : 0);
+}
+
+// Returns the colour of a sample's fibres: they turn white from where they begin to give way up to where
+// they tear. a_W, b_W: their ends, m.
+Colour FibreColour(const AttachmentBed& bed, std::size_t sample, const Vector3d& a_W,
+                   const Vector3d& b_W) {
+  const auto row = static_cast<Eigen::Index>(sample);
+  const Vector3d at_rest_W = bed.points_W[1].row(row) - bed.points_W[0].row(row);
+  const double effective =
+      bed.law.Effective(b_W - a_W - at_rest_W, bed.normals_W.row(row).transpose());
+  const double share = (effective - bed.law.onset) / (bed.law.final - bed.law.onset);
+  const Colour& slack = bed.law.leaf ? kLeafColour : kFibreColour;
+  return slack + static_cast<float>(std::clamp(share, 0.0, 1.0)) * (kTautColour - slack);
 }
 
 std::vector<int> NearestSamples(const AttachmentBed& bed, std::size_t side,
@@ -117,6 +131,7 @@ Vector3d AttachmentRenderer::EndOf(const Layer& layer, std::size_t side, std::si
 void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const Vector3d& a_W,
                                   const Vector3d& b_W, double px_per_m) {
   const Vector3d& half = layer.across[sample][0];
+  const Colour colour = FibreColour(*layer.visual.bed, sample, a_W, b_W);
   const double radius = kStripOverlap * half.norm() / double{kFibresOfStrip};
   for (std::size_t k = 0; k < kFibresOfStrip; ++k) {
     const double place = (2 * static_cast<double>(k) + 1) / double{kFibresOfStrip} - 1;  // -1..1
@@ -125,8 +140,8 @@ void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const 
                        .radius_a = px,
                        .b_W = (b_W + place * half).cast<float>(),
                        .radius_b = px,
-                       .colour = kLeafColour,
-                       .opacity = kLeafOpacity * (1 - 0.5f * layer.damage[sample])});
+                       .colour = colour,
+                       .opacity = kLeafOpacity * (1 - 0.5f * layer.burnt[sample])});
   }
 }
 
@@ -162,6 +177,7 @@ void AttachmentRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& 
       }
       const double at_rest = (bed.points_W[1].row(row) - bed.points_W[0].row(row)).norm();
       if ((b_W - a_W).norm() < at_rest + kLeastStretch) continue;
+      const Colour colour = FibreColour(bed, i, a_W, b_W);
       const auto radius = static_cast<float>(std::max(0.4, kFibreRadius * px_per_m));
       for (std::size_t k = 0; k < kFibresOfSample; ++k) {
         // Spread evenly over the sample, turned from sample to sample.
@@ -174,8 +190,8 @@ void AttachmentRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& 
                            .radius_a = radius,
                            .b_W = (b_W + beside).cast<float>(),
                            .radius_b = radius,
-                           .colour = kFibreColour,
-                           .opacity = 0.9f - 0.5f * layer.damage[i]});
+                           .colour = colour,
+                           .opacity = 0.9f - 0.5f * layer.burnt[i]});
       }
     }
   }

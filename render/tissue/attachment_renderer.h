@@ -17,9 +17,9 @@ struct AttachmentVisual {
   std::array<int, 2> organs{};  ///< a and b, by their index in the snapshot.
 };
 
-/// Draws the layers of attachments: fibres where a layer holds and its surfaces have moved apart,
-/// and a raw surface on both organs where it has torn, charred where it was burnt. A leaf is drawn as a
-/// sheet of fibres wherever it holds. Render thread only.
+/// Draws the layers of attachments: fibres where a layer holds and its surfaces have moved apart, which
+/// turn white before they tear, and a raw surface on both organs where it has torn, charred where it
+/// was burnt. A leaf is drawn as a sheet of fibres wherever it holds. Render thread only.
 class AttachmentRenderer {
  public:
   /// `organs`: those of the attachments, at rest. Throws MachineError if the driver refuses a

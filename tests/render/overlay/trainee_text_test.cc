@@ -277,6 +277,17 @@ TEST(TraineeText, ARestartIsShownForAWhile) {
   EXPECT_FALSE(Shows(trainee.Text().guidance, text));
 }
 
+TEST(TraineeText, AStepThatHasJustBeenDoneIsNamed) {
+  Trainee trainee;
+  const std::string first = trainee.names.exercise->steps[0].name;
+  trainee.health.exercise.step = 1;
+  trainee.health.exercise.time = 30;
+  trainee.health.exercise.step_times[0] = 27;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "done: " + first));
+  trainee.health.exercise.time = 33;
+  EXPECT_FALSE(Shows(trainee.Text().guidance, "done: " + first));
+}
+
 TEST(TraineeText, AHookInALayerSaysSo) {
   Trainee trainee;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));

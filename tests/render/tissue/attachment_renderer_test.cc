@@ -106,6 +106,22 @@ TEST_F(LiftedBlock, HangsOnFibresWhileTheLayerHolds) {
   EXPECT_LT(whole.darker, whole.brighter / 10);
 }
 
+TEST_F(LiftedBlock, HasFibresThatTurnWhiteBeforeTheyTear) {
+  const auto white_pixels = [this](double lifted) {
+    scene_.organs[1].offset_W = Vector3d(0, 0, lifted);
+    const Image image = Picture(true);
+    int count = 0;
+    for (int y = 0; y < kHeight; ++y) {
+      for (int x = 0; x < kWidth; ++x) count += image.At(x, y)[2] > 210;
+    }
+    return count;
+  };
+  ASSERT_NEAR(beds_[0].law.final, 0.009, 1e-9);  // m: torn from there on
+  const int slack = white_pixels(0.002), taut = white_pixels(0.0085);
+  EXPECT_GT(taut, 100);
+  EXPECT_LT(slack, taut / 10);
+}
+
 TEST_F(LiftedBlock, HasDotsOfTheGuideWhereItsLayerStillHolds) {
   const Colour blue(0, 0, 1);  // raw tissue is red
   const auto blue_pixels = [](const Image& image) {

@@ -255,6 +255,7 @@ std::string DashboardState::ExerciseJson() const {
                {"time_left", e.time_left},
                {"score", e.score},
                {"errors", e.error_count},
+               {"restarts", e.restarts},
                {"last_error", e.last_error},
                {"error_time", e.error_time},
                {"ended", e.ended != 0},

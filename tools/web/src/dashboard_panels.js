@@ -115,8 +115,8 @@ function handName(session, i) {
   return name ? name : `hand ${i + 1}`;
 }
 
-// s for which an error stays, as in the window (render/overlay/status_text.cc).
-const errorShown = 4;
+// s for which an error stays, as in the window (render/overlay/exercise_text.cc).
+const errorShown = 8;
 
 /// Shows the exercise's present step, score and time, and what was wrong for a while.
 export function showExercise({exercise}) {
@@ -141,6 +141,7 @@ export function showExercise({exercise}) {
   set('.time', `${fixed(exercise.time, 0)} s`);
   set('.left', `${fixed(exercise.time_left, 0)} s`);
   set('.errors', count(exercise.errors));
+  set('.restarts', count(exercise.restarts));
 }
 
 const contactTexts = ['free', 'pressing', 'grasping'];

@@ -169,6 +169,7 @@ TEST_F(DashboardTest, ShowsScoreTimeStepAndErrorsOfAnExercise) {
   EXPECT_EQ(browser.Text("#exercise .error"), "more than 3 N (at 0.0 s)");
   EXPECT_EQ(browser.Text("#exercise .score"), Text("%.0f", result.score));
   EXPECT_EQ(browser.Text("#exercise .errors"), "1");
+  EXPECT_EQ(browser.Text("#exercise .restarts"), "0");
   EXPECT_EQ(browser.Text("#exercise .left"), "10 s");
   EXPECT_EQ(browser.Errors(), std::vector<std::string>());
 }
