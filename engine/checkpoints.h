@@ -16,8 +16,7 @@ namespace hpdm {
 ///                      DeformationLoop::ReturnTo   copies of the DeformationLoop
 ///
 /// The log has both changes (StepRecord::kept_step, restarted_step). Set up on the main thread, then
-/// of the deformation thread: it never throws, logs or locks. To keep or to return copies the organs'
-/// solvers, which allocates; the arrays of meshes and joints stay in place.
+/// of the deformation thread: it never throws, logs, locks or allocates.
 class Checkpoints {
  public:
   /// `steps`: of the exercise.

@@ -4,7 +4,6 @@
 #include <array>
 #include <cmath>
 #include <span>
-#include <string>
 #include <utility>
 
 #include "engine/base/check.h"
@@ -14,8 +13,6 @@
 namespace hpdm {
 namespace {
 
-// m. A tool that never had a pose is placed this far from any organ.
-constexpr double kFarAway = 1e3;
 // m: smoke within it of a suction tube's tip is taken.
 constexpr double kSuctionReach = 0.025;
 
@@ -24,124 +21,7 @@ bool IsFinite(const ToolPose& tool) {
          tool.p_trocar_W.allFinite() && tool.v_tip_W.allFinite() && std::isfinite(tool.jaw);
 }
 
-Sheddable SheddableIn(const std::vector<OrganModel>& organs) {
-  std::vector<OrganOptions> options;
-  for (const OrganModel& organ : organs) options.push_back(organ.options());
-  return SheddableOf(options);
-}
-
-void ApplyRelaxations(const StepSample& recorded, std::vector<OrganStep>* organs) {
-  const auto count = std::min(static_cast<std::size_t>(recorded.organ_count), organs->size());
-  for (std::size_t o = 0; o < count; ++o) (*organs)[o].ApplyRecorded(recorded.organs[o]);
-}
-
 }  // namespace
-
-DeformationLoop::DeformationLoop(const std::vector<OrganModel>& organs,
-                                 const std::vector<ToolOptions>& tools,
-                                 const DeformationEdges& edges,
-                                 std::function<Nanoseconds()> stopwatch, Nanoseconds budget,
-                                 const std::vector<AttachmentOptions>& attachments,
-                                 const std::vector<DuctOptions>& ducts)
-    : edges_(edges),
-      stopwatch_(std::move(stopwatch)),
-      organ_contacts_(organs),
-      joint_relaxation_(organ_contacts_.pairs()),
-      layer_actions_(tools),
-      duct_actions_(tools),
-      wall_actions_(tools),
-      shedding_(SheddableIn(organs), budget) {
-  HPDM_CHECK(tools.size() <= kMaxInstruments && organs.size() <= kMaxOrgans);
-  organs_.reserve(organs.size());
-  for (const OrganModel& model : organs) {
-    organs_.emplace_back(model, static_cast<int>(tools.size()), stopwatch_);
-  }
-  for (const ToolOptions& tool : tools) {
-    std::vector<ToolAction>& actions = actions_.emplace_back();
-    for (const ToolGeometry& geometry : tool.geometries) actions.push_back(geometry.action);
-  }
-  for (ToolPose& tool : tools_.tools) tool.X_WT.translation().setConstant(kFarAway);
-  Eigen::Index columns = 0;
-  for (const OrganStep& organ : organs_) {
-    columns = std::max(columns, organ.state().control_displacements.rows());
-  }
-  trackers_.reserve(tools.size());
-  if (organ_contacts_.pairs() > 0) loads_.resize(3 * columns, ContactSolver::kMaxEquations);
-  for (std::size_t t = 0; t < tools.size(); ++t) {
-    trackers_.emplace_back(static_cast<int>(t), tools[t]).Reserve(columns);
-  }
-  if (!attachments.empty() || !ducts.empty()) Join(attachments, ducts);
-}
-
-AttachmentJoint::Organ DeformationLoop::JoinedOrganOf(const std::string& name) const {
-  for (std::size_t o = 0; o < organs_.size(); ++o) {
-    const OrganModel& model = organs_[o].model();
-    if (model.options().name != name) continue;
-    HPDM_CHECK(TakesAttachments(model.options()));
-    const OrganState& state = organs_[o].state();
-    return JoinedOrgan(static_cast<int>(o), model, *state.relaxation,
-                       state.control_displacements.rows());
-  }
-  return {.index = -1};
-}
-
-// Joins the organs that attachments and ducts connect. The compliances of their vertices at rest are
-// those with the layers and ducts.
-void DeformationLoop::Join(const std::vector<AttachmentOptions>& attachments,
-                           const std::vector<DuctOptions>& ducts) {
-  std::vector<AttachmentBed> beds;
-  std::vector<std::array<AttachmentJoint::Organ, 2>> pairs;
-  for (const AttachmentOptions& attachment : attachments) {
-    const std::array<AttachmentJoint::Organ, 2>& pair =
-        pairs.emplace_back(std::array{JoinedOrganOf(attachment.a), JoinedOrganOf(attachment.b)});
-    HPDM_CHECK(pair[0].index != pair[1].index);
-    organ_contacts_.Wait({pair[0].index, pair[1].index});
-    beds.emplace_back(attachment, organs_[ToSize(pair[0].index)].model(),
-                      organs_[ToSize(pair[1].index)].model(), static_cast<int>(beds.size()));
-    for (std::size_t other = 0; other + 1 < beds.size(); ++other) {
-      RefuseSharedSurface(beds[other], beds.back());
-    }
-  }
-  std::vector<std::shared_ptr<const DuctModel>> models;
-  for (const DuctOptions& duct : ducts) {
-    const auto& pair = pairs.emplace_back(std::array{JoinedOrganOf(duct.a), JoinedOrganOf(duct.b)});
-    const auto model = [&](const AttachmentJoint::Organ& organ) {
-      return organ.index < 0 ? nullptr : &organs_[ToSize(organ.index)].model();
-    };
-    models.push_back(std::make_shared<const DuctModel>(duct, model(pair[0]), model(pair[1]),
-                                                       static_cast<int>(models.size())));
-    for (std::size_t other = 0; other + 1 < models.size(); ++other) {
-      RefuseSharedEnds(*models[other], *models.back());
-    }
-  }
-  std::vector<AttachmentLink> links;
-  for (auto& joint : JoinOrgans(std::move(beds), pairs, std::move(models))) {
-    attached_work_.MakeRoom(*joint, 3 * TipCompliance::kMaxRows);
-    links.emplace_back(std::move(joint));
-  }
-  const bool may_repeat = std::ranges::any_of(
-      organs_, [](const OrganStep& organ) { return organ.model().finite_energy() != nullptr; });
-  for (AttachmentLink& link : links) {
-    if (may_repeat) link.MayRepeat();
-  }
-  joint_relaxation_ = JointRelaxation(organ_contacts_.pairs(), std::move(links));
-  for (const AttachmentLink& link : joint_relaxation_.links()) {
-    for (std::size_t m = 0; m < link.joint().members().size(); ++m) {
-      OrganStep& organ = organs_[ToSize(link.joint().members()[m].organ)];
-      if (organ.model().rigid()) continue;
-      organ.state().relaxation->body()->SetHeld(true);
-      const AttachedCompliance compliance(*organ.state().relaxation->compliance(), link.state(),
-                                          static_cast<int>(m), &attached_work_);
-      std::vector<Matrix3d> of_vertices;
-      for (int v = 0; v < organ.state().vertices.rows(); ++v) {
-        of_vertices.push_back(compliance.PointCompliance(organ.model().LatticeRow(v)));
-      }
-      organ.state().attached = true;
-      organ.state().vertex_compliances =
-          std::make_shared<const std::vector<Matrix3d>>(std::move(of_vertices));
-    }
-  }
-}
 
 void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanoseconds wake_late_ns) {
   const Nanoseconds started = stopwatch_ ? stopwatch_() : 0;
@@ -173,11 +53,8 @@ void DeformationLoop::Step(const ToolState& given, Nanoseconds now_ns, Nanosecon
 }
 
 void DeformationLoop::ApplyRecorded(const StepSample& recorded) {
-  ApplyRelaxations(recorded, &organs_);
-  // A return to an earlier state takes them away: FollowExercise applies them again.
-  sample_.step = recorded.step;
-  sample_.organ_count = recorded.organ_count;
-  sample_.organs = recorded.organs;
+  recorded_count_ = std::min(ToSize(recorded.organ_count), organs_.size());
+  recorded_ = recorded.organs;
   shedding_.ApplyRecorded(recorded.step.shed_level);
   if (edges_->checkpoints != nullptr) edges_->checkpoints->ApplyRecorded(recorded.step.kept_step);
 }
@@ -187,8 +64,6 @@ void DeformationLoop::FollowExercise(const RestartRequest& request) {
   const Checkpoints::Change change = edges_->checkpoints->Follow(request, this);
   record_.kept_step = change.kept;
   record_.restarted_step = change.restarted;
-  const bool is_replay = sample_.step.number == record_.number;
-  if (change.restarted >= 0 && is_replay) ApplyRelaxations(sample_, &organs_);
 }
 
 // The jaws' closings, the load and the tools belong to the hands and to this machine: they continue.
@@ -209,6 +84,8 @@ void DeformationLoop::ReturnTo(const DeformationLoop& kept) {
 
 // Sets each organ's quality for this step from the state after the last one.
 void DeformationLoop::ChooseQuality() {
+  for (std::size_t o = 0; o < recorded_count_; ++o) organs_[o].ApplyRecorded(recorded_[o]);
+  recorded_count_ = 0;
   const QualityCeiling ceiling = shedding_.Ceiling();
   record_.shed_level = shedding_.level();
   if (record_.shed_level > 0) record_.flags |= kStepShed;

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <functional>
+#include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "engine/attachment/attached_compliance.h"
@@ -93,10 +96,18 @@ class DeformationLoop {
   std::span<const AttachmentLink> links() const { return joint_relaxation_.links(); }
 
  private:
-  void FollowExercise(const RestartRequest& request);
+  // Set-up (deformation_loop_setup.cc):
+  using JoinedPair = std::array<AttachmentJoint::Organ, 2>;
   void Join(const std::vector<AttachmentOptions>& attachments,
             const std::vector<DuctOptions>& ducts);
+  std::vector<AttachmentBed> MakeBeds(const std::vector<AttachmentOptions>& attachments,
+                                      std::vector<JoinedPair>* pairs);
+  std::vector<std::shared_ptr<const DuctModel>> MakeDucts(const std::vector<DuctOptions>& ducts,
+                                                          std::vector<JoinedPair>* pairs);
   AttachmentJoint::Organ JoinedOrganOf(const std::string& name) const;
+  void HoldOrgans(const AttachmentLink& link);
+
+  void FollowExercise(const RestartRequest& request);
   void ChooseQuality();
   const ToolState& SanitisedTools(const ToolState& given);
   void Collide(const ToolState& tools);
@@ -127,6 +138,8 @@ class DeformationLoop {
   WorkMatrix loads_{0, 0};  // 3 (n + slots) x equations, of the largest organ; empty without pairs
   AttachedCompliance::Work attached_work_;
   LoadShedding shedding_;
+  std::array<OrganRelaxation, kMaxOrgans> recorded_;  // for the next step, in a replay
+  std::size_t recorded_count_ = 0;
   std::vector<std::vector<ToolAction>> actions_;  // [tool][ToolPose::instrument_index]
   Smoke smoke_;
   ToolState tools_;  // last step's tools, all finite

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "engine/attachment/attachment_outcome.h"
@@ -197,6 +198,8 @@ struct ToolReadout {
   /// frame would make it as square as it can be, rad.
   DuctAction clip_ahead;
   double clip_roll = 0;
+  /// m along the duct from the middle of clip_ahead to that of the nearest clip; infinity without one.
+  double clip_gap = std::numeric_limits<double>::infinity();
 };
 
 /// Deformation loop -> render loop and -> telemetry loop, latest value, every step.
@@ -338,6 +341,7 @@ struct ExerciseStatus {
   int errors = 0;        ///< So far.
   int last_error = -1;   ///< Index in ExerciseOptions::errors; -1: none.
   double last_error_time = 0;   ///< s since the exercise began.
+  double last_error_force = 0;  ///< N on tissue, of the instrument that made it.
   ClipFinding last_error_clip;  ///< Of an error about a clip.
   int last_error_duct = -1;     ///< -1: none.
   double score = 0;             ///< 0..100, as if the exercise ended now.

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <memory>
 #include <optional>
+#include <typeinfo>
 #include <utility>
 
 /// Members that make the default copy and assignment of a class right, so that a session's state
@@ -10,7 +11,9 @@
 namespace hpdm {
 
 /// Owns an object of a polymorphic type, which is copied with its owner: T::Clone() returns a
-/// std::unique_ptr<T>. Otherwise used as a std::unique_ptr.
+/// std::unique_ptr<T>. An assignment calls T::Take(other) instead, if T has it and both objects are of
+/// one class: it takes the other's state in place, without allocation. Otherwise used as a
+/// std::unique_ptr.
 template <class T>
 class Cloned {
  public:
@@ -19,7 +22,18 @@ class Cloned {
   Cloned(const Cloned& other) : value_(other.value_ ? other.value_->Clone() : nullptr) {}
   Cloned(Cloned&&) noexcept = default;
   Cloned& operator=(const Cloned& other) {
-    if (this != &other) value_ = other.value_ ? other.value_->Clone() : nullptr;
+    if (this == &other) return *this;
+    if constexpr (requires(T& value, const T& source) { value.Take(source); }) {
+      if (value_ && other.value_) {
+        T& value = *value_;
+        const T& source = *other.value_;
+        if (typeid(value) == typeid(source)) {
+          value.Take(source);
+          return *this;
+        }
+      }
+    }
+    value_ = other.value_ ? other.value_->Clone() : nullptr;
     return *this;
   }
   Cloned& operator=(Cloned&&) noexcept = default;

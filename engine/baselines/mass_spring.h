@@ -74,6 +74,7 @@ class MassSpring final : public Relaxation {
              const MassSpringOptions& options, const std::string& name);
 
   std::unique_ptr<Relaxation> Clone() const override { return std::make_unique<MassSpring>(*this); }
+  void Take(const Relaxation& other) override { *this = static_cast<const MassSpring&>(other); }
   bool AtRest() const override { return v_.isZero(0) && p_ == rest_; }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.

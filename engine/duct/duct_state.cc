@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 namespace hpdm {
@@ -129,12 +130,20 @@ bool DuctState::Clip(double arc) {
     if (!rod_.IsSegment(i) || arc < rod_.ArcLength(i) || arc >= rod_.ArcLength(i + 1)) continue;
     if (rod_.IsStiffened(i)) return false;
     rod_.Stiffen(i, kClipStiffness);
-    ++clips_;
+    clip_arcs_[ToSize(clips_++)] = arc;
     changed_ = true;
     at_rest_ = false;
     return true;
   }
   return false;
+}
+
+double DuctState::ToNearestClip(double arc) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t c = 0; c < ToSize(clips_); ++c) {
+    least = std::min(least, std::abs(clip_arcs_[c] - arc));
+  }
+  return least;
 }
 
 int DuctState::Cut(double arc) {

@@ -66,6 +66,9 @@ class DuctState {
   };
   HeldStiffness StiffnessOf(int node);
   int clips() const { return clips_; }
+  /// Returns the way along the duct at rest from a place to the middle of the nearest clip, m; infinity
+  /// without a clip.
+  double ToNearestClip(double arc) const;
 
   DuctOutcome Outcome() const;
   void FillSnapshot(DuctSnapshot* snapshot) const { *snapshot = SnapshotOf(rod_); }
@@ -88,6 +91,7 @@ class DuctState {
   Matrix stiffness_;
   Rod::EndVector gradient_ = Rod::EndVector::Zero();
   int clips_ = 0;
+  std::array<double, kMaxDuctNodes> clip_arcs_{};  // m
   bool at_rest_ = true;
   bool changed_ = true;  // since the last Follow(), besides w, offsets and frames
 };

@@ -26,6 +26,8 @@ class ElasticEnergy : public Potential {
  public:
   /// Returns a copy, for another thread.
   virtual std::unique_ptr<ElasticEnergy> Clone() const = 0;
+  /// Takes the state of another one of the same class and lattice. Allocates nothing.
+  virtual void Take(const ElasticEnergy& other) = 0;
 
   /// Returns n.
   virtual int control_points() const = 0;

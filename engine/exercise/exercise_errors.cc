@@ -26,6 +26,47 @@ Pull MostPulling(const StepSample& sample) {
   return most;
 }
 
+// What a tip touches of the organ that a rule is for.
+struct Touch {
+  int organ = -1;
+  double force = 0;  // N, the largest
+  bool any = false;  // it touches an organ, this or another one
+};
+
+// `organ`: -1: any.
+Touch TouchOf(const StepSample& sample, int hand, int organ) {
+  Touch touch;
+  VisitContacts(sample, hand, [&](const SolvedContact& contact) {
+    if (!Touches(contact)) return;
+    touch.any = true;
+    if (organ >= 0 && contact.organ != organ) return;
+    touch.organ = contact.organ;
+    touch.force = std::max(touch.force, contact.force_on_tissue_W.norm());
+  });
+  return touch;
+}
+
+// True if a rule forbids to burn near ducts, not near a line in space.
+bool OfDuct(const ExerciseErrorOptions& error) {
+  return error.kind == ExerciseErrorKind::kNearBurn && error.path_W.empty();
+}
+
+// True if the hook's tip is where the rule forbids to burn.
+bool IsWrongToBurn(const ExerciseErrorOptions& error, const StepSample& sample, int hand,
+                   const Touch& touch) {
+  const auto h = static_cast<std::size_t>(hand);
+  if (OfDuct(error)) {
+    const NearDuct& duct = sample.near_ducts[h];
+    return duct.duct >= 0 && duct.gap <= error.within && Contains(error.ducts, duct.duct) &&
+           sample.ducts[ToSize(duct.duct)].cuts == 0;
+  }
+  if (error.kind == ExerciseErrorKind::kNearBurn) {
+    return DistanceTo(error.path_W, sample.tools[h].X_WT.translation()) <= error.within;
+  }
+  if (sample.layer_work[h].burning > 0) return false;  // a layer is burnt, not the wall
+  return error.kind == ExerciseErrorKind::kBurn ? touch.organ >= 0 : !touch.any;
+}
+
 }  // namespace
 
 void ExerciseEvaluator::FindErrors(const StepSample& sample, double dt) {
@@ -129,38 +170,16 @@ void ExerciseEvaluator::FindBurns(const StepSample& sample, std::size_t rule, do
   for (int t = 0; t < sample.tool_count; ++t) {
     const auto h = static_cast<std::size_t>(t);
     Watch& watch = watches_[rule][h];
-    const bool near = error.kind == ExerciseErrorKind::kNearBurn;
-    const Vector3d tip_W = sample.tools[h].X_WT.translation();
-    int touched = -1;
-    double force = 0;
-    bool touches_any = false;
-    VisitContacts(sample, t, [&](const SolvedContact& contact) {
-      if (!Touches(contact)) return;
-      touches_any = true;
-      if (error.organ >= 0 && contact.organ != error.organ) return;
-      touched = contact.organ;
-      force = std::max(force, contact.force_on_tissue_W.norm());
-    });
-    bool in_place = false;
-    const NearDuct& duct = sample.near_ducts[h];
-    const bool near_duct = near && error.path_W.empty();
-    if (near_duct) {
-      in_place = duct.duct >= 0 && duct.gap <= error.within && Contains(error.ducts, duct.duct) &&
-                 sample.ducts[ToSize(duct.duct)].cuts == 0;
-    } else if (near) {
-      in_place = DistanceTo(error.path_W, tip_W) <= error.within;
-    } else {
-      in_place = sample.layer_work[h].burning == 0 &&
-                 (error.kind == ExerciseErrorKind::kBurn ? touched >= 0 : !touches_any);
-    }
-    if (!IsHook(sample, t) || !sample.tools[h].pedal || !in_place) {
+    const Touch touch = TouchOf(sample, t, error.organ);
+    if (!IsHook(sample, t) || !sample.tools[h].pedal || !IsWrongToBurn(error, sample, t, touch)) {
       watch = {};
       continue;
     }
     watch.since += dt;
     if (watch.active || watch.since < error.limit) continue;
     watch.active = true;
-    AddError(rule, t, touched, tip_W, force, near_duct ? duct.duct : -1);
+    AddError(rule, t, touch.organ, sample.tools[h].X_WT.translation(), touch.force,
+             OfDuct(error) ? sample.near_ducts[h].duct : -1);
   }
 }
 

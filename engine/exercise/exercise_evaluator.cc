@@ -315,6 +315,7 @@ ExerciseStatus ExerciseEvaluator::Status() const {
   if (!result_.errors.empty()) {
     status.last_error = result_.errors.back().rule;
     status.last_error_time = result_.errors.back().time;
+    status.last_error_force = result_.errors.back().force;
     status.last_error_clip = result_.errors.back().clip;
     status.last_error_duct = result_.errors.back().duct;
   }

@@ -28,21 +28,22 @@ Eigen::Map<Eigen::VectorXd> AsVector(Points* U) { return {U->data(), U->size()};
 class ScalarComplianceSolver final : public ComplianceSolver {
  public:
   explicit ScalarComplianceSolver(const ScalarStiffness& K)
-      : inverse_of_K_(Shared(
+      : inverse_(Shared(
             InverseStiffness(Eigen::MatrixXd(K), "add an [[organ.support]] or raise alpha"))),
         response_(K.rows(), kMaxContacts) {}
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<ScalarComplianceSolver>(*this);
   }
+  void Take(const ComplianceSolver& other) override { *this = static_cast<const ScalarComplianceSolver&>(other); }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
     for (int i = 0; i < contacts.size(); ++i) {
       auto response = response_.col(i);
       response.setZero();
-      for (Eigen::Index a = 0; a < inverse_.rows(); ++a) {
+      for (Eigen::Index a = 0; a < inverse_->rows(); ++a) {
         const double weight = contacts.Weights()(i, a);
-        if (weight != 0) response += weight * inverse_.col(a);
+        if (weight != 0) response += weight * inverse_->col(a);
       }
     }
     row_compliance_.noalias() = contacts.Weights() * response_.leftCols(contacts.size());
@@ -65,16 +66,16 @@ class ScalarComplianceSolver final : public ComplianceSolver {
 
   void SolveLoads(Eigen::Ref<Eigen::MatrixXd> columns) const override {
     for (Eigen::Index c = 0; c < columns.cols(); ++c) {
-      Eigen::Map<Points> loads(columns.col(c).data(), inverse_.rows(), 3);
-      loads = (inverse_ * loads).eval();
+      Eigen::Map<Points> loads(columns.col(c).data(), inverse_->rows(), 3);
+      loads = (*inverse_ * loads).eval();
     }
   }
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
     response.setZero();
     for (std::size_t i = 0; i < b.control_points.size(); ++i) {
-      for (Eigen::Index c = 0; c < inverse_.rows(); ++c) {
-        const double moved = b.weights[i] * inverse_(c, b.control_points[i]);
+      for (Eigen::Index c = 0; c < inverse_->rows(); ++c) {
+        const double moved = b.weights[i] * (*inverse_)(c, b.control_points[i]);
         for (int d = 0; d < 3; ++d) response(3 * c + d, d) += moved;
       }
     }
@@ -84,15 +85,14 @@ class ScalarComplianceSolver final : public ComplianceSolver {
     double sum = 0;
     for (std::size_t i = 0; i < b.control_points.size(); ++i) {
       for (std::size_t j = 0; j < b.control_points.size(); ++j) {
-        sum += b.weights[i] * b.weights[j] * inverse_(b.control_points[j], b.control_points[i]);
+        sum += b.weights[i] * b.weights[j] * (*inverse_)(b.control_points[j], b.control_points[i]);
       }
     }
     return sum * Matrix3d::Identity();
   }
 
  private:
-  std::shared_ptr<const Eigen::MatrixXd> inverse_of_K_;  // n x n
-  const Eigen::MatrixXd& inverse_ = *inverse_of_K_;
+  std::shared_ptr<const Eigen::MatrixXd> inverse_;  // n x n
   WorkMatrix response_;  // n x kMaxContacts: K^-1 B^T
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxContacts,
                 kMaxContacts>
@@ -103,13 +103,14 @@ class ScalarComplianceSolver final : public ComplianceSolver {
 class FullComplianceSolver final : public ComplianceSolver {
  public:
   explicit FullComplianceSolver(const FullStiffness& K)
-      : inverse_of_K_(Shared(InverseStiffness(
+      : inverse_(Shared(InverseStiffness(
             K, "add an [[organ.support]], use fewer cells, a lower degree or a lower poisson"))),
-        rows_(inverse_),
-        solved_(inverse_.rows(), kBatch) {}
+        rows_(*inverse_),
+        solved_(inverse_->rows(), kBatch) {}
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<FullComplianceSolver>(*this);
   }
+  void Take(const ComplianceSolver& other) override { *this = static_cast<const FullComplianceSolver&>(other); }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
@@ -130,7 +131,7 @@ class FullComplianceSolver final : public ComplianceSolver {
       u.setZero();
       for (Eigen::Index i = 0; i < loads.rows(); ++i) {
         for (Eigen::Index c = 0; c < loads.cols(); ++c) {
-          if (loads(i, c) != 0) u.col(c) += loads(i, c) * inverse_.col(i);
+          if (loads(i, c) != 0) u.col(c) += loads(i, c) * inverse_->col(i);
         }
       }
       loads = u;
@@ -138,20 +139,19 @@ class FullComplianceSolver final : public ComplianceSolver {
   }
 
   void RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> response) const override {
-    FillUnitResponses(inverse_, {&b, 1}, response);
+    FillUnitResponses(*inverse_, {&b, 1}, response);
   }
   void RespondToSet(std::span<const SparseRow> rows,
                     Eigen::Ref<Eigen::MatrixXd> responses) const override {
-    FillUnitResponses(inverse_, rows, responses);
+    FillUnitResponses(*inverse_, rows, responses);
   }
 
-  Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(inverse_, b); }
+  Matrix3d PointCompliance(const SparseRow& b) const override { return PointBlock(*inverse_, b); }
 
  private:
   static constexpr Eigen::Index kBatch = 24;
 
-  std::shared_ptr<const Eigen::MatrixXd> inverse_of_K_;  // 3n x 3n
-  const Eigen::MatrixXd& inverse_ = *inverse_of_K_;
+  std::shared_ptr<const Eigen::MatrixXd> inverse_;  // 3n x 3n
   mutable RowResponses rows_;
   mutable Eigen::MatrixXd solved_;  // 3n x kBatch
 };

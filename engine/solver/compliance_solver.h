@@ -17,6 +17,8 @@ class ComplianceSolver : public LatticeCompliance {
  public:
   /// Returns a copy in the same state. Copies share K^-1. Allocates.
   virtual std::unique_ptr<ComplianceSolver> Clone() const = 0;
+  /// Takes the state of another one of the same class and lattice. Allocates nothing.
+  virtual void Take(const ComplianceSolver& other) = 0;
 
   /// Sets the local functions in use; Respond() does the same with those of its contacts. Does
   /// nothing if the solver has no local functions.

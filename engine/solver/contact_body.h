@@ -86,6 +86,7 @@ class BodyRelaxation : public Relaxation, public ContactBody {
  public:
   BodyRelaxation() = default;
   BodyRelaxation(const BodyRelaxation& other) : Relaxation(other), ContactBody(other) {}
+  BodyRelaxation& operator=(const BodyRelaxation&) { return *this; }  // working memory alone
   ContactBody* body() final { return this; }
 
  private:

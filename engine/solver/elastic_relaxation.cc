@@ -76,10 +76,12 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
 
   std::unique_ptr<Relaxation> Clone() const override {
     auto copy = std::make_unique<NewtonRelaxation>(*this);
-    const auto* refined = dynamic_cast<const EnrichedComplianceSolver*>(copy->at_rest_.get());
-    copy->schur_complement_ = refined != nullptr ? &refined->schur_complement() : nullptr;
-    copy->energy_.Rebind(copy->schur_complement_);
+    copy->Rebind();
     return copy;
+  }
+  void Take(const Relaxation& other) override {
+    *this = static_cast<const NewtonRelaxation&>(other);
+    Rebind();
   }
 
   void Begin(const RelaxationInput& input, const ContactConstraints& contacts) override {
@@ -249,6 +251,12 @@ class NewtonRelaxation final : public BodyRelaxation, public LatticeCompliance {
   }
 
  private:
+  // After a copy: points to the own solver's local functions.
+  void Rebind() {
+    const auto* refined = dynamic_cast<const EnrichedComplianceSolver*>(at_rest_.get());
+    schur_complement_ = refined != nullptr ? &refined->schur_complement() : nullptr;
+    energy_.Rebind(schur_complement_);
+  }
   static std::unique_ptr<ComplianceSolver> SolverAtRest(const RefinementBasis* functions, int slots,
                                                         const FullStiffness& K,
                                                         const SchurComplement** schur_complement) {

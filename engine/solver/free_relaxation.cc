@@ -34,6 +34,7 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   std::unique_ptr<Relaxation> Clone() const override {
     return std::make_unique<FreeRelaxation>(*this);
   }
+  void Take(const Relaxation& other) override { *this = static_cast<const FreeRelaxation&>(other); }
 
   void Begin(const RelaxationInput&, const ContactConstraints& contacts) override {
     solver_->SetActiveFunctions(contacts.refinement);

@@ -53,6 +53,8 @@ class Relaxation {
   virtual ~Relaxation() = default;
   /// Returns a copy that continues from the same state to the last bit. Allocates.
   virtual std::unique_ptr<Relaxation> Clone() const = 0;
+  /// Takes the state of another one of the same class and organ. Allocates nothing.
+  virtual void Take(const Relaxation& other) = 0;
   /// Solves an organ without neighbours: `U` (n x 3, m) and the rows' forces. On entry `U` is the
   /// start, stage A's moved control points, which only Gauss-Seidel uses. The first call may
   /// allocate.

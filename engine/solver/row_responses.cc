@@ -5,7 +5,7 @@
 namespace hpdm {
 
 RowResponses::RowResponses(const Eigen::MatrixXd& inverse)
-    : inverse_(inverse),
+    : inverse_(&inverse),
       n_(static_cast<int>(inverse.rows() / 3)),
       place_(static_cast<std::size_t>(n_)),
       touched_(static_cast<std::size_t>(n_)),
@@ -60,7 +60,7 @@ void RowResponses::MoveRows() {
     for (std::size_t r = 0; r < run_count_; ++r) {
       const Run& run = runs_[r];
       column_.middleRows(3 * run.place, 3 * run.length) =
-          inverse_.middleCols<3>(3 * a).middleRows(3 * run.first, 3 * run.length);
+          inverse_->middleCols<3>(3 * a).middleRows(3 * run.first, 3 * run.length);
     }
     for (int i = 0; i < row_count_; ++i) {
       std::size_t& e = next[static_cast<std::size_t>(i)];
@@ -118,7 +118,7 @@ void RowResponses::Deform(Eigen::Ref<Eigen::VectorXd> u) const {
   for (int t = 0; t < count_; ++t) {
     const int a = touched_[static_cast<std::size_t>(t)];
     const auto f = forces_.col(t);
-    const auto moved = inverse_.middleCols<3>(3 * a);
+    const auto moved = inverse_->middleCols<3>(3 * a);
     if ((f.array() != 0).all()) {  // adds in the same order as below, in one pass
       u = u + f[0] * moved.col(0) + f[1] * moved.col(1) + f[2] * moved.col(2);
       continue;

@@ -50,7 +50,7 @@ class RowResponses {
   void MoveRows();
   void FillRowCompliance();
 
-  const Eigen::MatrixXd& inverse_;
+  const Eigen::MatrixXd* inverse_;
   int n_;
   int row_count_ = 0;
   int count_ = 0;              // number of control points that the rows touch

@@ -10,7 +10,7 @@ constexpr double kRegularisation = 1e-9;
 }  // namespace
 
 SchurComplement::SchurComplement(const RefinementBasis& functions, int slots)
-    : functions_(functions),
+    : functions_(&functions),
       function_(slots, -1),
       weight_(slots, 1),
       stale_(slots),
@@ -24,7 +24,7 @@ void SchurComplement::Reduce(const Eigen::Ref<const Eigen::VectorXd>& f,
   for (std::size_t s = 0; s < function_.size(); ++s) {
     if (function_[s] < 0) continue;
     g.segment(3 * static_cast<Eigen::Index>(s), 3).noalias() -=
-        functions_.Coupling(function_[s]).transpose() * f;
+        functions_->Coupling(function_[s]).transpose() * f;
   }
 }
 
@@ -32,7 +32,7 @@ void SchurComplement::ReducePoint(int point, double weight, Eigen::Ref<Eigen::Ma
   for (std::size_t s = 0; s < function_.size(); ++s) {
     if (function_[s] < 0) continue;
     g.middleRows<3>(3 * static_cast<Eigen::Index>(s)) -=
-        weight * functions_.Coupling(function_[s]).middleRows<3>(3 * point).transpose();
+        weight * functions_->Coupling(function_[s]).middleRows<3>(3 * point).transpose();
   }
 }
 
@@ -41,7 +41,7 @@ void SchurComplement::AddCoupling(double factor, const Eigen::Ref<const Eigen::V
   moved_.setZero();
   for (std::size_t s = 0; s < function_.size(); ++s) {
     if (function_[s] < 0) continue;
-    const auto Y = functions_.Coupling(function_[s]);
+    const auto Y = functions_->Coupling(function_[s]);
     const auto v = V.segment<3>(3 * static_cast<Eigen::Index>(s));
     moved_ = moved_ + v[0] * Y.col(0) + v[1] * Y.col(1) + v[2] * Y.col(2);
   }
@@ -63,7 +63,7 @@ bool SchurComplement::TakeSlots(const ActiveRefinement& active) {
       if (!stale_[s] && !stale_[t]) continue;
       Matrix3d block = Matrix3d::Zero();
       if (function_[s] >= 0 && function_[t] >= 0) {
-        block = functions_.ReducedStiffness(function_[s], function_[t]);
+        block = functions_->ReducedStiffness(function_[s], function_[t]);
       } else if (s == t) {
         block.setIdentity();
       }

@@ -24,7 +24,7 @@ class SchurComplement {
  public:
   SchurComplement(const RefinementBasis& functions, int slots);
 
-  const RefinementBasis& functions() const { return functions_; }
+  const RefinementBasis& functions() const { return *functions_; }
   /// Sets the functions in use and their weights. Computes the 3 x 3 blocks of Sigma for each slot
   /// that changed, and after any change the factorisation: 0.2 (3 slots)^3 operations.
   void SetActiveFunctions(const ActiveRefinement& active);
@@ -44,7 +44,7 @@ class SchurComplement {
  private:
   bool TakeSlots(const ActiveRefinement& active);
 
-  const RefinementBasis& functions_;
+  const RefinementBasis* functions_;
   std::vector<int> function_;   // in each slot, or -1
   std::vector<double> weight_;  // of the function in each slot
   std::vector<bool> stale_;

@@ -263,14 +263,18 @@ bool HapticContact::Slide(const TipPose& tip) {
 bool HapticContact::HasLeftSideways(const TipPose& tip) const {
   const double lag2 = TangentialOffset(tip).squaredNorm();
   if (lag2 >= kLost * kLost) return true;
-  if (part_ == Part::kShaft || on_far_ || lag2 < kStuck * kStuck) return false;
+  if (on_far_ || lag2 < kStuck * kStuck) return false;
   return mesh_surface().IsOutside(tip.X_WT.translation() - moved_W_, tip.tip_radius);
 }
 
-// Moves a contact at the border to the coarse surface, if there is one.
+// Moves a contact at the border to the coarse surface, if there is one that faces the same way. At a thin
+// edge the nearest place may be on its other side.
 void HapticContact::LeavePatch(const TipPose& tip) {
-  on_far_ = far_surface().Find(-1, foot_.weights, mesh_surface().Position(foot_), &foot_);
-  if (!on_far_) return;
+  SurfaceFoot far = foot_;
+  if (!far_surface().Find(-1, foot_.weights, mesh_surface().Position(foot_), &far)) return;
+  if (!(far.normal_W.dot(foot_.normal_W) > 0)) return;
+  foot_ = far;
+  on_far_ = true;
   jumps_ = true;
   EvaluateAtFoot(tip);
 }

@@ -8,9 +8,10 @@
 namespace hpdm {
 namespace {
 
-constexpr double kErrorShown = 8;       // s for which an error stays on the screen
-constexpr double kRestartShown = 6;     // s
-constexpr double kDoneShown = 5;        // s for which a step that has just been done is named
+constexpr double kErrorShown = 8;    // s for which an error stays on the screen
+constexpr double kRestartShown = 6;  // s
+constexpr double kDoneShown = 5;     // s for which a step that has just been done is named
+constexpr double kInstructionShown = 20;  // s of a step; later its name, which covers less
 constexpr std::size_t kMaxResult = 26;  // lines that fit on the picture
 
 // Returns the name of the last error, or of a clip its faults with their figures.
@@ -20,7 +21,11 @@ std::string LastErrorText(const ExerciseStatus& status, const ExerciseOptions& e
   const std::string faults =
       FaultText(status.last_error_clip, has_duct ? exercise.ducts[duct].name : "", true);
   const std::string& name = exercise.errors[static_cast<std::size_t>(status.last_error)].name;
-  if (faults.empty()) return name;
+  if (faults.empty()) {
+    const auto rule = static_cast<std::size_t>(status.last_error);
+    const bool is_force = exercise.errors[rule].kind == ExerciseErrorKind::kForce;
+    return is_force ? name + Format(": %.1f N", status.last_error_force) : name;
+  }
   const bool lost = (status.last_error_clip.faults & (kClipOnNothing | kClipRefused)) != 0;
   if (lost) return name + ": " + faults;
   return (has_duct ? "bad clip on " : "bad clip: ") + faults;
@@ -39,6 +44,13 @@ void AddErrors(const ExerciseStatus& status, const ExerciseOptions& exercise,
     lines->push_back({(count > 1 ? Format("%d times ", count) : "") + exercise.errors[rule].name,
                       Tone::kWarning});
   }
+}
+
+// Returns when the present step began, last if it was restarted, in the exercise's time, s.
+double BeganAt(const ExerciseStatus& status) {
+  const auto step = static_cast<std::size_t>(status.step);
+  const double before = step > 0 && step <= kShownSteps ? status.step_times[step - 1] : 0;
+  return status.restarts > 0 ? std::max(before, status.restarted) : before;
 }
 
 }  // namespace
@@ -60,9 +72,12 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const Exerci
     AddWrapped("done: " + exercise.steps[s].name, Tone::kPlain, &lines);
   }
   if (step < exercise.steps.size()) {
-    AddWrapped(
-        Format("%zu/%zu ", step + 1, exercise.steps.size()) + exercise.steps[step].instruction,
-        Tone::kGood, &lines);
+    const double began = BeganAt(status);
+    const bool in_full = paused || status.time - began < kInstructionShown;
+    const ExerciseStepOptions& present = exercise.steps[step];
+    AddWrapped(Format("%zu/%zu ", step + 1, exercise.steps.size()) +
+                   (in_full ? present.instruction : present.name + " (p: how)"),
+               Tone::kGood, &lines);
     if (status.progress > 0) lines.push_back({Format("%.0f %%", 100 * status.progress)});
   }
   lines.push_back({Format("%.0f s left, ", status.time_left) + CountOf(status.errors, "error") +

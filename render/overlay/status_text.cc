@@ -263,6 +263,11 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
     const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
     lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
   }
+  if (const double gap = readout.clip_gap - DuctJudge::kClipWidth; gap < DuctJudge::kLeastGap) {
+    lines->push_back({Format("%.1f mm from a clip: %g needed", 1e3 * std::max(0.0, gap),
+                             1e3 * DuctJudge::kLeastGap),
+                      Tone::kWarning});
+  }
   const double angle = clip.angle / kDegree, roll = readout.clip_roll;
   if (std::abs(roll) >= kLittleRoll) {
     lines->push_back({Format("%.0f\u00b0 oblique: roll %.0f\u00b0, %s", angle,

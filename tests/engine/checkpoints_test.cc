@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "tests/support/counted_allocations.h"
 #include "tests/support/shapes.h"
 #include "tools/shared/organ_bench.h"
 
@@ -115,6 +116,20 @@ TEST_F(HeldBlock, AReplayKeepsTheRecordedQualityInTheStepThatReturns) {
   Leave();
   EXPECT_EQ(bench_.record().restarted_step, 1);
   EXPECT_EQ(bench_.loop().sample().organs[0].refinement_weight, 0.25);
+}
+
+TEST_F(HeldBlock, AllocatesNothingToKeepAndToReturn) {
+  if (!kCountsAllocations) GTEST_SKIP() << "a sanitizer's allocator is not counted";
+  Press(0.006, 5);
+  bench_.Reach(1);
+  bench_.Restart(0);
+  const long before = AllocationsOfThisThread();
+  Press(0.006, 1);
+  ASSERT_EQ(bench_.record().restarted_step, 0);
+  bench_.Reach(1, 1);
+  Press(0.006, 1);
+  ASSERT_EQ(bench_.record().kept_step, 1);
+  EXPECT_EQ(AllocationsOfThisThread(), before);
 }
 
 TEST_F(HeldBlock, OnlyAStepThatHasBegunRestarts) {

@@ -371,8 +371,8 @@ StatusNames SessionModel::Names() const {
       const InstrumentDescription& instrument = options.Held(e);
       held.push_back(instrument.name);
       radii.push_back(instrument.geometry.tip_radius);
-      const ToolAction action = instrument.geometry.action;
-      const bool closes = action == ToolAction::kClip || action == ToolAction::kCut;
+      const bool closes = instrument.type == InstrumentType::kClipApplier ||
+                          instrument.type == InstrumentType::kScissors;
       jaws.push_back(closes ? instrument.geometry.JawsLength() : 0);
     }
   }

@@ -23,6 +23,7 @@ class Springs final : public ElasticEnergy {
   std::unique_ptr<ElasticEnergy> Clone() const override {
     return std::make_unique<Springs>(stiffness_);
   }
+  void Take(const ElasticEnergy& other) override { *this = static_cast<const Springs&>(other); }
   int control_points() const override { return 1; }
   void Hessian(const Points&, bool semi_definite, FullStiffness* K) override {
     Vector3d diagonal = stiffness_;

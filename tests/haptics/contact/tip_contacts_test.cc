@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
 
 #include "tests/support/contact_patches.h"
 
@@ -49,6 +50,45 @@ TEST(TipContacts, AContactThatFadesOutDoesNotHideOneThatPresses) {
   EXPECT_EQ(force.kind, ContactKind::kPress);
   EXPECT_EQ(force.organ, 1);
   EXPECT_NEAR(force.depth, kTipDepth, 1e-12);
+}
+
+// The lower side of a thin organ whose upper side is SoftPlane.
+ToolPatch OtherSide() {
+  ToolPatch patch = SoftPlane(0, kTipStiffness);
+  for (int i = 0; i < patch.point_count; ++i) {
+    patch.points[i].p_original_W.z() = -0.002;
+    patch.points[i].normal_W = -Vector3d::UnitZ();
+  }
+  for (int t = 0; t < patch.triangle_count; ++t) {
+    std::swap(patch.triangles[ToSize(t)][1], patch.triangles[ToSize(t)][2]);
+    patch.mesh_triangles[ToSize(t)] += 1000;  // others of the mesh
+  }
+  patch.Pack();
+  return patch;
+}
+
+HapticForce TickAt(TipContacts* contacts, double x) {
+  contacts->Locate({.X_WT = Isometry3d(Eigen::Translation3d(x, 0.002, kTipRadius - kTipDepth)),
+                    .tip_radius = kTipRadius});
+  TipContacts::Solve(contacts);
+  return contacts->result();
+}
+
+// A press pushes the hand away from the side that it presses, or not at all.
+TEST(TipContacts, ASlideBeyondThePatchDoesNotGoOnOnTheOtherSideOfAThinOrgan) {
+  auto patches = std::make_unique<ToolPatches>();
+  ToolPatch& patch = patches->places[0];
+  patch = SoftPlane(0, kTipStiffness);
+  patch.Pack();
+  patch.far = OtherSide();
+  patch.far.mesh_triangles.fill(-1);
+  TipContacts contacts;
+  contacts.SetPatches(*patches);
+  for (int i = 0; i < 100; ++i) TickAt(&contacts, 0.025);
+  ASSERT_GT(contacts.result().reaction_W.z(), 0.3);
+  for (double x = 0.025; x < 0.045; x += 2e-4) {
+    EXPECT_GE(TickAt(&contacts, x).reaction_W.z(), 0) << x;
+  }
 }
 
 }  // namespace

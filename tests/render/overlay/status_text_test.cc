@@ -391,6 +391,7 @@ Scenery WithExercise() {
 
 TEST(StatusText, AnExerciseSaysWhatIsNextAndWhatWasWrong) {
   Scenery scenery = WithExercise();
+  scenery.health.exercise.step_times[0] = 10;
   StatusText text = scenery.Text();
   EXPECT_TRUE(Says(text.guidance, "2/2 Lift it off the liver until the"));
   EXPECT_TRUE(Says(text.guidance, "layer is tight")) << "the line is wrapped";

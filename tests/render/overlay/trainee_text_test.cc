@@ -241,6 +241,11 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "pull back to cover it"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: pull it across"))
       << "no roll helps";
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "no clip yet";
+  readout.clip_gap = 0.0024;  // between the middles of clips of 1 mm
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "1.4 mm from a clip: 2 needed"));
+  readout.clip_gap = 0.0031;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip"));
   readout.clips_left = -1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "oblique")) << "scissors";
@@ -275,6 +280,32 @@ TEST(TraineeText, ARestartIsShownForAWhile) {
   EXPECT_TRUE(Shows(trainee.Text().guidance, text));
   trainee.health.exercise.time = 40;
   EXPECT_FALSE(Shows(trainee.Text().guidance, text));
+}
+
+TEST(TraineeText, AForceThatCostsPointsIsGivenWithItsSize) {
+  Trainee trainee;
+  trainee.names.exercise->errors.push_back(
+      {.kind = ExerciseErrorKind::kForce, .name = "more than 4 N on tissue", .limit = 4});
+  ExerciseStatus& status = trainee.health.exercise;
+  status.last_error = static_cast<int>(trainee.names.exercise->errors.size()) - 1;
+  status.last_error_time = 29;
+  status.last_error_force = 5.24;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "more than 4 N on tissue: 5.2 N"));
+}
+
+TEST(TraineeText, AnInstructionGivesWayToTheStepsNameUntilAPause) {
+  Trainee trainee;
+  const ExerciseStepOptions& step = trainee.names.exercise->steps[1];
+  trainee.health.exercise.time = 32;  // the step began at 12.5 s
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "2/2 " + step.instruction));
+  trainee.health.exercise.time = 33;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "2/2 " + step.name + " (p: how)"));
+  trainee.view.paused = true;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "2/2 " + step.instruction));
+  trainee.view.paused = false;
+  trainee.health.exercise.restarts = 1;
+  trainee.health.exercise.restarted = 15;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "2/2 " + step.instruction)) << "it began again";
 }
 
 TEST(TraineeText, AStepThatHasJustBeenDoneIsNamed) {

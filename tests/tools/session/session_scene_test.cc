@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "scenes/loader/scene.h"
+#include "tools/session/session_model.h"
+
 namespace hpdm {
 namespace {
 
@@ -43,6 +46,25 @@ TEST(LimitsOf, AFreeOrganMayLieAnywhere) {
   EXPECT_FALSE(limits.still);
   EXPECT_FALSE(limits.settles[2]);
   EXPECT_EQ(limits.settles[0], 0.0);
+}
+
+// The status text tells by them how far a duct is from the jaws, and where it lies between them.
+TEST(NamesOfASession, HaveTheLengthOfJawsThatCloseOnDucts) {
+  const Scene scene = LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/clip_and_cut.toml");
+  const StatusNames names = SessionModel(scene).Names();
+  ASSERT_EQ(names.duct_jaws.size(), scene.instruments.size());
+  int closing = 0;
+  for (std::size_t t = 0; t < scene.instruments.size(); ++t) {
+    for (int held = 0; held < scene.instruments[t].HeldCount(); ++held) {
+      const InstrumentDescription& instrument = scene.instruments[t].Held(held);
+      const bool closes = instrument.type == InstrumentType::kClipApplier ||
+                          instrument.type == InstrumentType::kScissors;
+      closing += closes;
+      EXPECT_EQ(names.duct_jaws[t][ToSize(held)], closes ? instrument.geometry.JawsLength() : 0)
+          << instrument.name;
+    }
+  }
+  EXPECT_GE(closing, 2);
 }
 
 }  // namespace
