@@ -23,7 +23,7 @@ class Cloned {
   Cloned(Cloned&&) noexcept = default;
   Cloned& operator=(const Cloned& other) {
     if (this == &other) return *this;
-    if constexpr (requires(T& value, const T& source) { value.Take(source); }) {
+    if constexpr (requires(T & value, const T& source) { value.Take(source); }) {
       if (value_ && other.value_) {
         T& value = *value_;
         const T& source = *other.value_;

@@ -69,7 +69,9 @@ class SurfaceContinuum final : public Relaxation {
   std::unique_ptr<Relaxation> Clone() const override {
     return std::make_unique<SurfaceContinuum>(*this);
   }
-  void Take(const Relaxation& other) override { *this = static_cast<const SurfaceContinuum&>(other); }
+  void Take(const Relaxation& other) override {
+    *this = static_cast<const SurfaceContinuum&>(other);
+  }
   bool AtRest() const override { return v_.isZero(0) && u_.isZero(0); }
 
   /// Starts from the displacement `u` (V x 3, m) without velocity.

@@ -27,7 +27,9 @@ class BlendedEnergy final : public ElasticEnergy {
   std::unique_ptr<ElasticEnergy> Clone() const override {
     return std::make_unique<BlendedEnergy>(*this);
   }
-  void Take(const ElasticEnergy& other) override { *this = static_cast<const BlendedEnergy&>(other); }
+  void Take(const ElasticEnergy& other) override {
+    *this = static_cast<const BlendedEnergy&>(other);
+  }
   void Rebind(const SchurComplement* functions) { functions_ = functions; }
   void SetActiveFunctions(const ActiveRefinement& active) override {
     finite_->SetActiveFunctions(active);

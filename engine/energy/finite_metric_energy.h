@@ -34,7 +34,9 @@ class FiniteMetricEnergy final : public ElasticEnergy {
   std::unique_ptr<ElasticEnergy> Clone() const override {
     return std::make_unique<FiniteMetricEnergy>(*this);
   }
-  void Take(const ElasticEnergy& other) override { *this = static_cast<const FiniteMetricEnergy&>(other); }
+  void Take(const ElasticEnergy& other) override {
+    *this = static_cast<const FiniteMetricEnergy&>(other);
+  }
   int control_points() const override { return static_cast<int>(rest_.rows()); }
   double Energy(const Points& U) override;
   double Gradient(const Points& U, Points* gradient) override;

@@ -37,7 +37,9 @@ class FiniteStrainEnergy final : public ElasticEnergy {
   std::unique_ptr<ElasticEnergy> Clone() const override {
     return std::make_unique<FiniteStrainEnergy>(*this);
   }
-  void Take(const ElasticEnergy& other) override { *this = static_cast<const FiniteStrainEnergy&>(other); }
+  void Take(const ElasticEnergy& other) override {
+    *this = static_cast<const FiniteStrainEnergy&>(other);
+  }
   int control_points() const override { return body_->n; }
   void SetActiveFunctions(const ActiveRefinement& active) override;
   double Energy(const Points& U) override;

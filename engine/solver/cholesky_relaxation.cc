@@ -16,7 +16,9 @@ class CholeskyRelaxation final : public BodyRelaxation {
   std::unique_ptr<Relaxation> Clone() const override {
     return std::make_unique<CholeskyRelaxation>(*this);
   }
-  void Take(const Relaxation& other) override { *this = static_cast<const CholeskyRelaxation&>(other); }
+  void Take(const Relaxation& other) override {
+    *this = static_cast<const CholeskyRelaxation&>(other);
+  }
 
   bool IsQuadratic() const override { return true; }
   void Begin(const RelaxationInput& input, const ContactConstraints& contacts) override {

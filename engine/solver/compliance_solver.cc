@@ -34,7 +34,9 @@ class ScalarComplianceSolver final : public ComplianceSolver {
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<ScalarComplianceSolver>(*this);
   }
-  void Take(const ComplianceSolver& other) override { *this = static_cast<const ScalarComplianceSolver&>(other); }
+  void Take(const ComplianceSolver& other) override {
+    *this = static_cast<const ScalarComplianceSolver&>(other);
+  }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {
@@ -93,7 +95,7 @@ class ScalarComplianceSolver final : public ComplianceSolver {
 
  private:
   std::shared_ptr<const Eigen::MatrixXd> inverse_;  // n x n
-  WorkMatrix response_;  // n x kMaxContacts: K^-1 B^T
+  WorkMatrix response_;                             // n x kMaxContacts: K^-1 B^T
   Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::ColMajor, kMaxContacts,
                 kMaxContacts>
       row_compliance_;  // m x m: B K^-1 B^T
@@ -110,7 +112,9 @@ class FullComplianceSolver final : public ComplianceSolver {
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<FullComplianceSolver>(*this);
   }
-  void Take(const ComplianceSolver& other) override { *this = static_cast<const FullComplianceSolver&>(other); }
+  void Take(const ComplianceSolver& other) override {
+    *this = static_cast<const FullComplianceSolver&>(other);
+  }
 
   void Respond(int body, const ContactConstraints& contacts, double yield,
                ContactSolver* contact_solver) override {

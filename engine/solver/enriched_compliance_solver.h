@@ -20,7 +20,9 @@ class EnrichedComplianceSolver final : public ComplianceSolver {
   std::unique_ptr<ComplianceSolver> Clone() const override {
     return std::make_unique<EnrichedComplianceSolver>(*this);
   }
-  void Take(const ComplianceSolver& other) override { *this = static_cast<const EnrichedComplianceSolver&>(other); }
+  void Take(const ComplianceSolver& other) override {
+    *this = static_cast<const EnrichedComplianceSolver&>(other);
+  }
 
   void SetActiveFunctions(const ActiveRefinement& active) override {
     schur_complement_.SetActiveFunctions(active);

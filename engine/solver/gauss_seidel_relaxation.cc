@@ -64,7 +64,9 @@ class GaussSeidelRelaxation final : public Relaxation {
   std::unique_ptr<Relaxation> Clone() const override {
     return std::make_unique<GaussSeidelRelaxation>(*this);
   }
-  void Take(const Relaxation& other) override { *this = static_cast<const GaussSeidelRelaxation&>(other); }
+  void Take(const Relaxation& other) override {
+    *this = static_cast<const GaussSeidelRelaxation&>(other);
+  }
 
   RelaxationResult DoRelax(const RelaxationInput& /*input*/, ContactConstraints* contacts,
                            Points* U) override {

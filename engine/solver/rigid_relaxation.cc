@@ -16,7 +16,9 @@ class RigidRelaxation final : public BodyRelaxation {
   std::unique_ptr<Relaxation> Clone() const override {
     return std::make_unique<RigidRelaxation>(*this);
   }
-  void Take(const Relaxation& other) override { *this = static_cast<const RigidRelaxation&>(other); }
+  void Take(const Relaxation& other) override {
+    *this = static_cast<const RigidRelaxation&>(other);
+  }
   bool IsQuadratic() const override { return true; }
   void Begin(const RelaxationInput&, const ContactConstraints&) override {}
   bool Linearise(int, const ContactConstraints&, ContactSolver*) override { return true; }

@@ -8,11 +8,11 @@
 namespace hpdm {
 namespace {
 
-constexpr double kErrorShown = 8;    // s for which an error stays on the screen
-constexpr double kRestartShown = 6;  // s
-constexpr double kDoneShown = 5;     // s for which a step that has just been done is named
+constexpr double kErrorShown = 8;         // s for which an error stays on the screen
+constexpr double kRestartShown = 6;       // s
+constexpr double kDoneShown = 5;          // s for which a step that has just been done is named
 constexpr double kInstructionShown = 20;  // s of a step; later its name, which covers less
-constexpr std::size_t kMaxResult = 26;  // lines that fit on the picture
+constexpr std::size_t kMaxResult = 26;    // lines that fit on the picture
 
 // Returns the name of the last error, or of a clip its faults with their figures.
 std::string LastErrorText(const ExerciseStatus& status, const ExerciseOptions& exercise) {
