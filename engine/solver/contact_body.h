@@ -86,7 +86,8 @@ class BodyRelaxation : public Relaxation, public ContactBody {
  public:
   BodyRelaxation() = default;
   BodyRelaxation(const BodyRelaxation& other) : Relaxation(other), ContactBody(other) {}
-  BodyRelaxation& operator=(const BodyRelaxation&) { return *this; }  // working memory alone
+  // alone_ is working memory.
+  BodyRelaxation& operator=(const BodyRelaxation&) { return *this; }
   ContactBody* body() final { return this; }
 
  private:
