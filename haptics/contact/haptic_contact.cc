@@ -37,15 +37,12 @@ void HapticContact::SetPatch(const ToolPatch& patch) noexcept {
   }
 }
 
-// Finds the place of the contact on a new patch. At a thin edge the nearest place may be on its other side.
+// Finds the place of the contact on a new patch.
 bool HapticContact::FindAgain() {
-  const Vector3d faced_W = foot_.normal_W;
   on_far_ = !mesh_surface().Has(foot_.mesh_triangle) && !far_surface().empty() &&
             !mesh_surface().Covers(p_foot_W_) &&
             far_surface().Find(-1, foot_.weights, p_foot_W_, &foot_);
-  const bool found =
-      on_far_ || mesh_surface().Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_);
-  return found && foot_.normal_W.dot(faced_W) > 0;
+  return on_far_ || mesh_surface().Find(foot_.mesh_triangle, foot_.weights, p_foot_W_, &foot_);
 }
 
 void HapticContact::ClearPatch() noexcept {
