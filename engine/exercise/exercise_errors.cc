@@ -26,7 +26,7 @@ Pull MostPulling(const StepSample& sample) {
   return most;
 }
 
-// What a tip touches of the organ that a rule is for.
+// The contacts of a tip with the organ of a rule.
 struct Touch {
   int organ = -1;
   double force = 0;  // N, the largest

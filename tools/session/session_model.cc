@@ -371,9 +371,11 @@ StatusNames SessionModel::Names() const {
       const InstrumentDescription& instrument = options.Held(e);
       held.push_back(instrument.name);
       radii.push_back(instrument.geometry.tip_radius);
-      const bool closes = instrument.type == InstrumentType::kClipApplier ||
-                          instrument.type == InstrumentType::kScissors;
-      jaws.push_back(closes ? instrument.geometry.JawsLength() : 0);
+    }
+    for (const ToolGeometry& geometry : GeometriesOf(options)) {
+      const bool closes =
+          geometry.action == ToolAction::kClip || geometry.action == ToolAction::kCut;
+      jaws.push_back(closes ? geometry.JawsLength() : 0);
     }
   }
   return names;
