@@ -97,7 +97,7 @@ TEST_F(Commands, AGeneratedAnatomyIsASoundScene) {
   ASSERT_EQ(check.exit_code, 0) << check.err;
   const Json facts = Json::parse(check.out);
   EXPECT_EQ(facts["organs"].size(), 6);
-  EXPECT_EQ(facts["attachments"].size(), 1);
+  EXPECT_EQ(facts["attachments"].size(), 2) << "bed and leaf";
   EXPECT_EQ(facts["ducts"].size(), 2);
   EXPECT_EQ(Hpdm("generate --seed 4 --out " + Folder("none")).exit_code, 2) << "of no anatomy";
   EXPECT_FALSE(fs::exists(folder_ / "none"));

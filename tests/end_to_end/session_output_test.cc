@@ -167,13 +167,13 @@ TEST_F(Flow, ASessionSaysWhatItPreparesAndThatItRunsAndPrintsFiveLinesAtMost) {
 }
 
 TEST_F(Flow, AnEndDuringThePreparationIsImmediateAndLeavesNothing) {
-  const std::string scene = (kScenes / "abdomen.toml").string();
+  const std::string scene = (kScenes / "abdomen_on_springs.toml").string();
   for (const int signal : {SIGINT, SIGTERM, SIGHUP}) {
     BackgroundCommand run("exec env HPDM_CACHE=off " + kHpdmProgram + " run " + scene +
                               " --headless --out " + Folder("s"),
                           Folder("stdout" + std::to_string(signal)),
                           Folder("stderr" + std::to_string(signal)));
-    // Without the cache of tissue, abdomen.toml takes seconds.
+    // Without the cache of tissue, abdomen_on_springs.toml takes seconds.
     ASSERT_TRUE(Becomes([&] { return Count(run.err(), "hpdm: preparing organ ") > 0; }));
     run.Signal(signal);
     const auto began = std::chrono::steady_clock::now();

@@ -110,7 +110,7 @@ TEST_F(Flow, TwoInstrumentsShareTheLiver) {
 
 // Liver, hollow gallbladder and a stomach that does not deform, with what can be exchanged.
 TEST_F(Flow, AbdomenIsSoundAndItsHandsWorkOnLiverAndGallbladder) {
-  const std::string scene = (kSource / "scenes" / "abdomen.toml").string();
+  const std::string scene = (kSource / "scenes" / "abdomen_on_springs.toml").string();
   const Outcome check = Hpdm("check --json " + scene);
   ASSERT_EQ(check.exit_code, 0) << check.err;
   const Json facts = Json::parse(check.out);

@@ -43,7 +43,7 @@ inline std::vector<Vector3d> AxisOf(const SurfaceMesh& tube, int slices) {
   return axis;
 }
 
-/// scenes/gallbladder_removal.toml with the organs and ducts of another anatomy, whose meshes go to
+/// scenes/gallbladder_removal.toml with the organs, ducts and leaf of another anatomy, whose meshes go to
 /// `folder`. Lattices are coarse and the hook is strong, so that steps and dissection are fast. The steps of
 /// the critical view need 30 mm^2 of each layer only: what is tested comes before or after them.
 inline Scene RemovalOf(AnatomyVariant variant, std::uint64_t seed, const std::string& folder) {
@@ -75,6 +75,11 @@ inline Scene RemovalOf(AnatomyVariant variant, std::uint64_t seed, const std::st
     duct.radius = tube.radius;
     duct.wall = tube.wall;
     duct.young = tube.young;
+  }
+  for (AttachmentOptions& attachment : scene.attachments) {
+    if (attachment.IsLeaf()) {
+      attachment.paths_W = {anatomy.leaf.on_gallbladder, anatomy.leaf.on_liver};
+    }
   }
   for (ExerciseStepOptions& step : scene.exercise->steps) step.freed_area = 3e-5;
   for (ExerciseErrorOptions& error : scene.exercise->errors) {

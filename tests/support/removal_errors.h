@@ -402,6 +402,8 @@ class RemovalErrorTrials {
       : session_(model, Devices()), surgeon_(&session_) {
     surgeon_.TakeFundus();
     surgeon_.Lift(0.012);
+    surgeon_.Burn(RemovalSurgeon::kLeaf);
+    surgeon_.BackOff();
     early_.push_back(session_);
     early_surgeon_.push_back(surgeon_);
     surgeon_.Burn(RemovalSurgeon::kTriangle);

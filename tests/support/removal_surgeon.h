@@ -16,7 +16,7 @@ class RemovalSurgeon : public ScriptedHands {
  public:
   enum Tool { kHook, kClipApplier, kScissors, kGrasper };
   enum Duct { kCysticDuct, kCysticArtery };
-  enum Layer { kTriangle, kLowestThird, kRest };
+  enum Layer { kTriangle, kLowestThird, kRest, kLeaf };
 
   /// `bed`: the attachment that the gallbladder is lifted off.
   explicit RemovalSurgeon(LockstepSession* session, std::size_t bed = kRest)
@@ -69,6 +69,14 @@ class RemovalSurgeon : public ScriptedHands {
     session_.Press(kRight, false);
     Step();
     if (layer != kTriangle) Move(kRight, border_W, 0.06);
+  }
+
+  /// Burns the leaf, what is behind it, and the lowest third of the bed, as the critical view needs.
+  void OpenCalotsTriangle() {
+    for (const Layer layer : {kLeaf, kTriangle, kLowestThird}) {
+      BackOff();
+      Burn(layer);
+    }
   }
 
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
@@ -129,10 +137,8 @@ class RemovalSurgeon : public ScriptedHands {
   std::size_t Operate() {
     TakeFundus();
     Lift(0.012);
-    Burn(kTriangle);
-    BackOff();
-    Burn(kLowestThird);
-    if (done() < 4) return done();
+    OpenCalotsTriangle();
+    if (done() < 5) return done();
     BackOff();
     Lift(-0.010);  // Without traction duct and artery lie across the clips.
     for (const Duct duct : {kCysticDuct, kCysticArtery}) {
@@ -205,7 +211,8 @@ class RemovalSurgeon : public ScriptedHands {
         if (layer.bed.index != wanted) continue;
         for (int i = 0; i < layer.bed.size(); ++i) {
           if (link.state().Left(l, i) == 0) continue;
-          // The fibres from the gallbladder to the liver. The tip stays by the liver, off the thin wall.
+          // The fibres from the gallbladder to the liver. The tip stays by the liver, off the thin wall;
+          // a leaf is burnt in its middle.
           std::array<Vector3d, 2> ends_W;
           for (std::size_t side = 0; side < 2; ++side) {
             const auto o = ToSize(joint.members()[ToSize(layer.members[side])].organ);
@@ -213,7 +220,8 @@ class RemovalSurgeon : public ScriptedHands {
                 session_.organ(o).vertices, session_.model().organs()[o].rest().triangles);
           }
           const Vector3d fibre_W = ends_W[0] - ends_W[1];
-          const Vector3d place_W = ends_W[1] + std::min(0.5, kOffLiver / fibre_W.norm()) * fibre_W;
+          const double off_liver = layer.bed.law.leaf ? 0.5 : kOffLiver / fibre_W.norm();
+          const Vector3d place_W = ends_W[1] + std::min(0.5, off_liver) * fibre_W;
           const double way = (place_W - Kinematics(kRight).p_trocar_W()).norm();
           const double from_tip = (place_W - tips_W_[kRight]).norm();
           const double rank = wanted == kTriangle ? -way : way + kNearness * from_tip;

@@ -23,7 +23,7 @@ namespace hpdm {
 namespace {
 
 constexpr std::array kScenes = {"scenes/liver_palpation.toml", "scenes/two_hands.toml",
-                                "scenes/abdomen.toml", "scenes/stress.toml"};
+                                "scenes/abdomen_on_springs.toml", "scenes/stress.toml"};
 constexpr std::array<std::pair<int, int>, 2> kSizes = {{{640, 480}, {1280, 720}}};
 
 // Returns the snapshots that a session would draw in its first `seconds`.

@@ -21,7 +21,7 @@ namespace {
 namespace fs = std::filesystem;
 using FclModel = fcl::BVHModel<fcl::AABB<double>>;
 
-const fs::path kAbdomen = "scenes/abdomen.toml";
+const fs::path kAbdomen = "scenes/abdomen_on_springs.toml";
 // The scenes whose steps are timed. In the second one the liver breathes onto the stomach.
 const std::array<fs::path, 2> kTimedScenes = {kAbdomen, "scenes/liver_on_stomach.toml"};
 constexpr double kReach = 0.002;  // m: OrganPair's margin at rest

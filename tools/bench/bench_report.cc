@@ -223,7 +223,8 @@ std::string BenchMarkdown(const BenchResults& results, const std::string& machin
 
 std::string OrganMarkdown(const OrganResults& organs, const std::string& machine) {
   std::string text =
-      "Search of two organs of abdomen.toml for each other, us: minimum and median. The own "
+      "Search of two organs of abdomen_on_springs.toml for each other, us: minimum and median. The "
+      "own "
       "descent finds the triangles within 2 mm of the other organ. FCL finds crossing triangles, "
       "or the least distance.\n\n| organs | triangles | found | own | FCL: collide | its pairs | "
       "FCL: distance | own refit | FCL: refit |\n|---|---|---|---|---|---|---|---|---|\n";

@@ -149,7 +149,7 @@ struct OrganResults {
   std::vector<PairSearchResults> searches;
   std::vector<StepTimes> steps;  ///< A scene each.
 };
-/// Times the organs of abdomen.toml and liver_on_stomach.toml, if the working folder has scenes.
+/// Times the organs of abdomen_on_springs.toml and liver_on_stomach.toml, if the working folder has scenes.
 std::optional<OrganResults> TimeOrgans(bool quick);
 
 /// The selected measurements of `hpdm bench`; all by default.

@@ -187,7 +187,7 @@ void MeasureDisplay(const HapticsOptions& options, Json* report) {
   const fs::path out(options.out), scenes = fs::path(options.scene).parent_path();
   std::vector<ZWidthPoint> widths;
   std::vector<Transparency> transparencies;
-  for (const char* name : {"liver_palpation.toml", "two_hands.toml", "abdomen.toml"}) {
+  for (const char* name : {"liver_palpation.toml", "two_hands.toml", "abdomen_on_springs.toml"}) {
     if (options.quick && name != std::string("liver_palpation.toml")) break;
     std::shared_ptr<const Session> session;
     try {

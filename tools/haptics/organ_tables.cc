@@ -93,10 +93,10 @@ struct PressCase {
   ScenePress press;
 };
 
-// In abdomen.toml the gallbladder lies in its bed under the liver, 0.65 mm away from it. The left lobe
+// In abdomen_on_springs.toml the gallbladder lies in its bed under the liver, 0.65 mm away from it. The left lobe
 // of liver_on_stomach.toml lies over the stomach.
 std::vector<PressCase> PressCases(bool quick) {
-  const char* const abdomen = "abdomen.toml";
+  const char* const abdomen = "abdomen_on_springs.toml";
   const char* const lobe_on_stomach = "liver_on_stomach.toml";
   const Vector3d quadrate(0.035, -0.062, 0.045), fundus(0.008, -0.110, 0.032),
       left(0.106, 0.03, 0.032), none = Vector3d::Zero(), down = -Vector3d::UnitZ();
@@ -125,10 +125,12 @@ std::vector<PressCase> PressCases(bool quick) {
 ContactTable MeasurePenetration(const std::filesystem::path& scenes, bool quick) {
   ContactTable table{
       "penetration",
-      "Presses of 20 mm in abdomen.toml and liver_on_stomach.toml and back, at 0.1 m/s if not "
+      "Presses of 20 mm in abdomen_on_springs.toml and liver_on_stomach.toml and back, at 0.1 m/s "
+      "if not "
       "stated, "
       "by haptic ticks and steps as in a session, with a contact of liver and "
-      "gallbladder added, which abdomen.toml leaves out: depth of the drawn organs in each "
+      "gallbladder added, which abdomen_on_springs.toml leaves out: depth of the drawn organs in "
+      "each "
       "other after each step, at samples at most 2 mm apart, inside by the winding number of the "
       "other's outer surface.",
       Format("Targets: mean of the samples inside %.1f mm, largest %.0f mm; steps of the felt "

@@ -11,7 +11,7 @@
 namespace hpdm {
 
 /// Two elastic spheres against Hertz; two blocks and two bars; presses of 20 mm in the scene
-/// abdomen.toml of the folder `scenes`, or none if it is not there. `done` hears of each table.
+/// abdomen_on_springs.toml of the folder `scenes`, or none if it is not there. `done` hears of each table.
 /// `quick`: fewer rows.
 std::vector<ContactTable> MeasureOrganContacts(
     const std::filesystem::path& scenes, bool quick,

@@ -160,6 +160,19 @@ Vector3d IntoTissue(const ImplicitShape& shape, const Vector3d& p, double depth)
   return ProjectToLevel(shape, p, -depth);
 }
 
+/// The leaf from the gallbladder's left side to the liver's inferior face beside it.
+Anatomy::Leaf FrontLeaf(const ImplicitShape& gallbladder, const Vector3d& position) {
+  Anatomy::Leaf leaf;
+  for (const Vector3d& p : {Point(13.5, 7, -0.5), Point(11.5, 17.5, 0.5), Point(8.7, 33, -4)}) {
+    leaf.on_gallbladder.push_back(InWorld(ProjectToLevel(gallbladder, p, 0), position));
+  }
+  const auto liver = LiverShape();
+  for (const Vector3d& p : {Point(12, -70.5, 26.5), Point(14, -55, 19.5)}) {
+    leaf.on_liver.push_back(ProjectToLevel(*liver, p, 0));
+  }
+  return leaf;
+}
+
 }  // namespace
 
 Anatomy::Anatomy(AnatomyVariant variant, std::uint64_t seed)
@@ -212,6 +225,7 @@ Anatomy::Anatomy(AnatomyVariant variant, std::uint64_t seed)
       gallbladder_position);
   tubes.push_back({"cystic artery", "hepatic artery", "gallbladder", vessel, 1.1 * kMillimetre,
                    0.4 * kMillimetre, 300e3, Vector3d(0.74, 0.34, 0.30)});
+  leaf = FrontLeaf(*body, gallbladder_position);
 }
 
 }  // namespace hpdm

@@ -50,6 +50,11 @@ struct Anatomy {
     Vector3d colour;             ///< Red, green and blue, 0..1.
   };
 
+  /// A sheet of peritoneum between lines on two organs, both from the body to the neck.
+  struct Leaf {
+    std::vector<Vector3d> on_gallbladder, on_liver;  ///< m, world.
+  };
+
   Anatomy(AnatomyVariant variant, std::uint64_t seed);
 
   /// The gallbladder with Hartmann's pouch, in its own frame; turned about x by kTilt degrees, its
@@ -60,6 +65,7 @@ struct Anatomy {
   /// the duct's lower part, the lymph node in Calot's triangle.
   std::vector<Organ> fixed;
   std::vector<Tube> tubes;  ///< The cystic duct and the cystic artery.
+  Leaf leaf;                ///< The front leaf over Calot's triangle.
   Vector3d fundus;          ///< m, world: its end below the liver's border.
 
   static constexpr double kTilt = -20;  ///< Degrees.

@@ -55,7 +55,7 @@ texture = "liver_5000.png"
   box_fraction = { min = [0.0, 0.4, 0.0], max = [1.0, 0.7, 0.35] }
   fixed = true
 
-# A wall of 3 mm, filled with bile. It hangs on its bed and its tubes, and comes free once they are cut.
+# A wall of 3 mm, filled with bile. It hangs on its bed, a leaf and its tubes, and comes free once they are cut.
 [[organ]]
 name = "gallbladder"
 mesh = "gallbladder.obj"
@@ -88,6 +88,13 @@ thickness = 0.001   # m
 strength = 20000    # Pa: the weight loads it with up to 10 kPa
 toughness = 45      # J/m^2
 reach = 0.006       # m
+
+)";
+
+const char* const kLeaf = R"(young = 1e5         # Pa
+thickness = 0.0003  # m
+strength = 8e4      # Pa
+toughness = 1000    # J/m^2
 
 )";
 
@@ -137,11 +144,16 @@ std::string FilesOf(const std::string& organ) {
   return "mesh = \"" + stem + ".obj\"\ntexture = \"" + stem + ".png\"\n";
 }
 
+std::string PathText(const std::string& key, const std::vector<Vector3d>& path) {
+  std::string text = key + " = [\n";
+  for (const Vector3d& p : path) text += "  " + Vector(p) + ",\n";
+  return text + "]\n";
+}
+
 std::string TubeText(const Anatomy::Tube& tube) {
   std::string text = "[[duct]]\nname = \"" + tube.name + "\"\na = \"" + tube.a + "\"\nb = \"" +
-                     tube.b + "\"\npath = [\n";
-  for (const Vector3d& p : tube.path) text += "  " + Vector(p) + ",\n";
-  return text + "]\nradius = " + Number(tube.radius) + "   # m\nwall = " + Number(tube.wall) +
+                     tube.b + "\"\n" + PathText("path", tube.path);
+  return text + "radius = " + Number(tube.radius) + "   # m\nwall = " + Number(tube.wall) +
          "   # m\nyoung = " + Number(tube.young) +
          "   # Pa, a guess\ncolour = " + Vector(tube.colour) + "\n\n";
 }
@@ -167,6 +179,11 @@ std::string AnatomySceneText(const Anatomy& anatomy, const std::string& command)
       "# The liver bed.\n[[attachment]]\na = \"gallbladder\"\nb = \"liver\"\nbox = { min = "
       "[-0.03, -0.115, 0.0], max = [0.05, -0.057, 0.06] }\n";
   text += kBed;
+  text +=
+      "# The front leaf of peritoneum over Calot's triangle.\n[[attachment]]\nname = \"peritoneal "
+      "leaf\"\na = \"gallbladder\"\nb = \"liver\"\n";
+  text += PathText("path_a", anatomy.leaf.on_gallbladder) +
+          PathText("path_b", anatomy.leaf.on_liver) + kLeaf;
   for (const Anatomy::Tube& tube : anatomy.tubes) text += TubeText(tube);
   return text + kTools;
 }

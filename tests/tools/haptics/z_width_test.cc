@@ -107,7 +107,7 @@ TEST(Transparency, APressIsTransparentAndADelayTurnsItsPhaseByItsOwnAngle) {
 
 // A tip with friction slips in a first press and sticks to and fro. The model does as the hand.
 TEST(Transparency, APressWithFrictionIsTransparentToo) {
-  Scene scene = LoadScene(TwoHandsScene().replace_filename("abdomen.toml"));
+  Scene scene = LoadScene(TwoHandsScene().replace_filename("abdomen_on_springs.toml"));
   scene.organs.resize(1);  // the liver
   scene.organs[0].contacts.clear();
   scene.instruments.erase(scene.instruments.begin());

@@ -136,7 +136,7 @@ class SessionTest(unittest.TestCase):
         self.assert_continues(PRESS, 40, 30, device="sim")
 
     def test_continues_with_organs_that_touch_each_other(self):
-        self.assert_continues(hpdm.scene_path("abdomen.toml"), 45, 12, device="sim")
+        self.assert_continues(hpdm.scene_path("abdomen_on_springs.toml"), 45, 12, device="sim")
 
     def test_continues_in_finite_strain_and_with_memory(self):
         scene = hpdm.Scene(PRESS)

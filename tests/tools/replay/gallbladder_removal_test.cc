@@ -61,7 +61,7 @@ class GallbladderRemoval : public testing::Test {
 };
 
 TEST_F(GallbladderRemoval, ASurgeonDoesItCleanly) {
-  EXPECT_EQ(surgeon_.Operate(), 10u);
+  EXPECT_EQ(surgeon_.Operate(), 11u);
   EXPECT_EQ(surgeon_.Errors(), ErrorNames{});
   EXPECT_TRUE(surgeon_.result().passed);
   EXPECT_EQ(surgeon_.result().score, 100) << "before the target time";

@@ -42,7 +42,7 @@ void TryIn(const std::string& variant, int seed, std::vector<Row>* rows, bool* c
   RemovalErrorTrials trials(model);
   std::printf("%s %d: %zu steps done", variant.c_str(), seed, trials.done());
   for (const std::string& error : trials.Errors()) std::printf(", %s", error.c_str());
-  *clean = *clean && trials.Errors().empty() && trials.done() == 4;
+  *clean = *clean && trials.Errors().empty() && trials.done() == 5;
   std::printf("\n");
   const std::vector<RemovalError> errors = AllErrors();
   rows->resize(errors.size());

@@ -81,7 +81,8 @@ TEST(VirtualWall, OfADeviceWithDelayIsHalfOfItsStability) {
 TEST(VirtualWall, StomachOfTheAbdomenHasThreeKilonewtonsAMetreWhereItFacesTheShaft) {
   // The old wall had 174 N/m everywhere. Beyond 55 degrees from the shaft no device of these
   // figures displays as much: 2 f_c / step is 694 N/m across a shaft of 0.24 m.
-  const Session session(LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/abdomen.toml"));
+  const Session session(
+      LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/abdomen_on_springs.toml"));
   ASSERT_EQ(session.walls().size(), 2u);
   const auto stomach = std::find_if(session.organs().begin(), session.organs().end(),
                                     [](const OrganModel& organ) { return organ.rigid(); });

@@ -21,7 +21,7 @@ import numpy as np
 import hpdm
 
 PALPATION = hpdm.scene_path("liver_palpation.toml")
-ABDOMEN = hpdm.scene_path("abdomen.toml")
+ABDOMEN = hpdm.scene_path("abdomen_on_springs.toml")
 
 
 def palpate(command, start, step):

@@ -126,6 +126,25 @@ TEST_P(AnatomyOf, GallbladderLiesInItsFossaWithoutTouchingTheLiver) {
   }
 }
 
+TEST_P(AnatomyOf, LeafSpansTheWayBetweenNeckAndLiverOutsideBoth) {
+  const auto liver = LiverShape();
+  for (const Patient& patient : patients_) {
+    const auto& [on_gallbladder, on_liver] = patient.anatomy.leaf;
+    for (const Vector3d& p : on_gallbladder) EXPECT_NEAR(patient.FromGallbladder(p), 0, 0.1e-3);
+    for (const Vector3d& p : on_liver) EXPECT_NEAR(liver->Sample(p).value, 0, 0.1e-3);
+    for (const auto& [a, b] : {std::pair(on_gallbladder.front(), on_liver.front()),
+                               std::pair(on_gallbladder.back(), on_liver.back())}) {
+      EXPECT_GT((b - a).norm(), 0.010);
+      EXPECT_LT((b - a).norm(), 0.030);
+      for (const double t : {0.25, 0.5, 0.75}) {
+        const Vector3d p = a + t * (b - a);
+        EXPECT_GT(patient.FromGallbladder(p), 0) << t;
+        EXPECT_GT(liver->Sample(p).value, -1e-3) << t;
+      }
+    }
+  }
+}
+
 TEST_P(AnatomyOf, CysticDuctHasItsLength) {
   const auto [low, high] = GetParam().second == AnatomyVariant::kShortDuct ? std::pair(0.010, 0.020)
                            : GetParam().second == AnatomyVariant::kLowUnion
@@ -161,7 +180,7 @@ TEST_P(AnatomyOf, ArteryCrossesOnItsSideOfTheDuct) {
   }
 }
 
-TEST(Anatomy, TheGallbladderIsFreeAndNothingButBedAndTubesHoldsIt) {
+TEST(Anatomy, TheGallbladderIsFreeAndNothingButBedLeafAndTubesHoldsIt) {
   const std::string text = AnatomySceneText(Anatomy(AnatomyVariant::kUsual, 0), "test");
   const std::size_t begins = text.find("name = \"gallbladder\"");
   const std::string organ = text.substr(begins, text.find("[[organ]]", begins) - begins);

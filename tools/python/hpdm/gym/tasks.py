@@ -120,7 +120,7 @@ class GraspLiftTouch(Task):
     Phases: grasp, lift, touch. The probe stands for LapGym's cauter.
     """
 
-    SCENE = "abdomen.toml"
+    SCENE = "abdomen_on_springs.toml"
     organ = "gallbladder"
     hands = ("grasper", "probe")
     limit = 600
