@@ -47,13 +47,14 @@ class Cloned {
   std::unique_ptr<T> value_;
 };
 
-/// A matrix of working memory: its contents have no meaning between two steps. A copy has the
-/// original's size and no contents; an assignment leaves them alone. Copying them would take longer
-/// than the rest of a session's state, and would touch memory that a step may never use.
+/// A matrix of working memory: its contents have no meaning between two steps. It begins with zeros, so that
+/// a session has its memory from the start, and not only once a step with many contacts comes. A copy has
+/// the original's size and no contents; an assignment leaves them alone. Copying them would take longer
+/// than the rest of a session's state, and would touch memory that a step of the copy may never use.
 template <class Matrix>
 class WorkMatrixOf : public Matrix {
  public:
-  WorkMatrixOf(Eigen::Index rows, Eigen::Index columns) : Matrix(rows, columns) {}
+  WorkMatrixOf(Eigen::Index rows, Eigen::Index columns) : Matrix(Matrix::Zero(rows, columns)) {}
   WorkMatrixOf(const WorkMatrixOf& other) : Matrix(other.rows(), other.cols()) {}
   WorkMatrixOf& operator=(const WorkMatrixOf& other) {
     this->resize(other.rows(), other.cols());

@@ -26,19 +26,24 @@ inline void WriteMesh(const SurfaceMesh& mesh, const std::string& name, const st
   std::ofstream(path) << ObjText(mesh, name);
 }
 
-/// The line through the middles of slices of a tube along y, m.
-inline std::vector<Vector3d> AxisOf(const SurfaceMesh& tube, int slices) {
+/// The axis of a tube along y, m: from the middles of slices of its mesh towards where its field is least.
+inline std::vector<Vector3d> AxisOf(const ImplicitShape& shape, const SurfaceMesh& tube,
+                                    double radius) {
+  constexpr int kSlices = 20;
   const double low = tube.vertices.col(1).minCoeff(), high = tube.vertices.col(1).maxCoeff();
   std::vector<Vector3d> axis;
-  for (int s = 0; s < slices; ++s) {
+  for (int s = 0; s < kSlices; ++s) {
     Vector3d sum = Vector3d::Zero();
     int count = 0;
     for (const auto& p : tube.vertices.rowwise()) {
-      if (static_cast<int>(slices * (p.y() - low) / (high - low)) != s) continue;
+      if (static_cast<int>(kSlices * (p.y() - low) / (high - low)) != s) continue;
       sum += p.transpose();
       ++count;
     }
-    if (count > 0) axis.push_back(sum / count);
+    if (count == 0) continue;
+    const Vector3d middle = sum / count;
+    const FieldSample field = shape.Sample(middle);
+    axis.push_back(middle - (field.value + radius) * field.gradient);
   }
   return axis;
 }
@@ -51,6 +56,8 @@ inline Scene RemovalOf(AnatomyVariant variant, std::uint64_t seed, const std::st
   const Anatomy anatomy(variant, seed);
   std::vector<const Anatomy::Organ*> made = {&anatomy.gallbladder};
   for (const Anatomy::Organ& organ : anatomy.fixed) made.push_back(&organ);
+  constexpr double kBileDuctRadius =
+      0.0035;  // m, within 0.1 mm; 5 mm from it is 8.5 mm from its axis
   std::vector<Vector3d> axis;
   for (OrganOptions& organ : scene.organs) {
     organ.lattice.cells = {4, organ.name == "liver" ? 4 : 7, 4};
@@ -61,7 +68,7 @@ inline Scene RemovalOf(AnatomyVariant variant, std::uint64_t seed, const std::st
       const SurfaceMesh mesh = MeshOrgan(*other->shape, other->mesh);
       organ.mesh = folder + "/" + FileStem(organ.name) + ".obj";
       WriteMesh(mesh, organ.name, organ.mesh);
-      if (organ.name == "bile duct") axis = AxisOf(mesh, 20);
+      if (organ.name == "bile duct") axis = AxisOf(*other->shape, mesh, kBileDuctRadius);
     }
   }
   for (std::size_t d = 0; d < scene.ducts.size(); ++d) {

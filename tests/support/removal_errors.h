@@ -51,15 +51,20 @@ class ErringSurgeon : public RemovalSurgeon {
     HPDM_CHECK(least < 1);
     return nearest;
   }
-  /// The place on a vessel that faces the port and is farthest from all ducts, between the liver and the fat.
+  /// The place on a vessel that faces the port and is farthest from all ducts and the other vessel, between
+  /// the liver and the fat.
   Place Bare(Organ vessel) const {
     const Points& vertices = session_.organ(ToSize(vessel)).vertices;
+    const Organ other = vessel == kBileDuct ? kHepaticArtery : kBileDuct;
     Place best;
     double most = 0;
     for (const auto& p : vertices.rowwise()) {
       if (p.y() < -0.066 || p.y() > -0.030) continue;
       const Place place = SurfaceNear(vessel, p.transpose());
-      double distance = std::numeric_limits<double>::infinity();
+      double distance = (session_.organ(ToSize(other)).vertices.rowwise() - place.at_W.transpose())
+                            .rowwise()
+                            .norm()
+                            .minCoeff();
       for (const Duct duct : {kCysticDuct, kCysticArtery}) {
         for (int i = 0; i < RodOf(duct).nodes(); ++i) {
           distance = std::min(distance, (RodOf(duct).node(i) - place.at_W).norm());

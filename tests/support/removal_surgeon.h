@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "engine/base/check.h"
 #include "tests/support/scripted_hands.h"
@@ -45,20 +46,17 @@ class RemovalSurgeon : public ScriptedHands {
     ScriptedHands::Lift(length);
     Step(20);
   }
-  /// Burns a layer until a step of the exercise is done, from its border, and leaves it there. Pulled out
-  /// of the bed along its shaft the hook would push the gallbladder and tear the layer.
+  /// Burns a layer until a step of the exercise is done, from its border, and leaves it the way it came. On
+  /// a straight way the hook would push the gallbladder and tear the layer. A leaf is burnt whole: a strip
+  /// that is left would tear later.
   void Burn(Layer layer) {
     const std::size_t before = done();
-    bool approached = false;
-    Vector3d border_W = tips_W_[kRight];
-    for (int i = 0; i < 3000 && done() == before && !result().ended; ++i) {
+    std::vector<Vector3d> way_W;
+    for (int i = 0; i < 3000 && !result().ended && (layer == kLeaf || done() == before); ++i) {
       const Vector3d to_W = NextSample(layer);
       if (to_W.x() == kNoSample) break;
-      if (!approached) {
-        Approach(to_W);
-        approached = true;
-        border_W = to_W;
-      }
+      if (way_W.empty()) Approach(to_W);
+      Extend(&way_W, to_W);
       if ((to_W - tips_W_[kRight]).norm() > 0.0012) {
         session_.Press(kRight, false);
         Move(kRight, to_W, 0.06);
@@ -68,7 +66,8 @@ class RemovalSurgeon : public ScriptedHands {
     }
     session_.Press(kRight, false);
     Step();
-    if (layer != kTriangle) Move(kRight, border_W, 0.06);
+    if (layer == kTriangle) return;
+    for (; !way_W.empty(); way_W.pop_back()) Move(kRight, way_W.back(), 0.06);
   }
 
   /// Burns the leaf, what is behind it, and the lowest third of the bed, as the critical view needs.
@@ -174,6 +173,17 @@ class RemovalSurgeon : public ScriptedHands {
   // Weight of a sample's distance from the hook beside that from the port, in the order of burning.
   static constexpr double kNearness = 0.3;
 
+  // Adds a place to a way if it is not near its end. A way that comes back to itself loses the loop.
+  static void Extend(std::vector<Vector3d>* way_W, const Vector3d& to_W) {
+    constexpr double kNear = 0.004;  // m
+    const auto near = [&](const Vector3d& p_W) { return (p_W - to_W).norm() < kNear; };
+    const auto known = std::ranges::find_if(*way_W, near);
+    if (known == way_W->end()) {
+      way_W->push_back(to_W);
+    } else {
+      way_W->erase(known + 1, way_W->end());
+    }
+  }
   static int SegmentAt(const Rod& rod, double arc) {
     int i = 0;
     while (i + 2 < rod.nodes() && rod.ArcLength(i + 1) <= arc) ++i;

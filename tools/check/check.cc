@@ -89,7 +89,7 @@ void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
 }
 
 Json BedFacts(const AttachmentBed& bed, const Vector3d& borne_W) {
-  return {{"name", LabelOf(bed.options)},
+  return {{"name", bed.options.name},
           {"a", bed.options.a},
           {"b", bed.options.b},
           {"leaf", bed.law.leaf},
@@ -276,14 +276,13 @@ void PrintOrgan(const Json& organ) {
 }
 
 void PrintBed(const Json& bed) {
-  const auto text = [&bed](const char* key) {
-    return bed[key].get_ref<const std::string&>().c_str();
-  };
+  const auto name = bed["name"].get<std::string>(), a = bed["a"].get<std::string>(),
+             b = bed["b"].get<std::string>();
   std::printf(
-      "%s %s from %s to %s: %.1f cm^2 in %ld samples; it holds %.2f N, opens at %.2g mm, and is "
-      "free at %.2g mm after %.2g mJ\n",
-      bed["leaf"].get<bool>() ? "leaf" : "attachment", text("name"), text("a"), text("b"),
-      1e4 * bed["area_m2"].get<double>(), bed["samples"].get<long>(),
+      "%s%s of %s and %s: %.1f cm^2 in %ld samples; it holds %.2f N, opens at %.2g mm, and is free "
+      "at %.2g mm after %.2g mJ\n",
+      bed["leaf"].get<bool>() ? "leaf" : "attachment", name.empty() ? "" : (" " + name).c_str(),
+      a.c_str(), b.c_str(), 1e4 * bed["area_m2"].get<double>(), bed["samples"].get<long>(),
       bed["strength_N"].get<double>(), 1000 * bed["opens_at_m"].get<double>(),
       1000 * bed["free_at_m"].get<double>(), 1000 * bed["work_to_free_J"].get<double>());
   if (const double borne = bed["bears_N"].get<double>(); borne > 0) {

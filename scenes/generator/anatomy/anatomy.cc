@@ -163,7 +163,7 @@ Vector3d IntoTissue(const ImplicitShape& shape, const Vector3d& p, double depth)
 /// The leaf from the gallbladder's left side to the liver's inferior face beside it.
 Anatomy::Leaf FrontLeaf(const ImplicitShape& gallbladder, const Vector3d& position) {
   Anatomy::Leaf leaf;
-  for (const Vector3d& p : {Point(13.5, 7, -0.5), Point(11.5, 17.5, 0.5), Point(8.7, 33, -4)}) {
+  for (const Vector3d& p : {Point(11.5, 7, 7.5), Point(10.6, 17.5, 4), Point(9, 33, -3)}) {
     leaf.on_gallbladder.push_back(InWorld(ProjectToLevel(gallbladder, p, 0), position));
   }
   const auto liver = LiverShape();
