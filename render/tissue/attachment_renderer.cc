@@ -13,7 +13,8 @@ constexpr double kFibreRadius = 0.0002;  // m
 // A strip of a leaf is drawn as so many fibres that lie closely beside each other.
 constexpr std::size_t kFibresOfStrip = 4;
 constexpr double kStripOverlap = 1.3;
-constexpr float kLeafOpacity = 0.55f;
+// Opacity of a leaf's fibres: a film through which the tissue behind is seen, with denser strands.
+constexpr double kLeastLeafOpacity = 0.10, kMostLeafOpacity = 0.42;
 constexpr double kLeastStretch = 5e-4;  // m: shorter fibres are hidden between the surfaces
 constexpr double kDotRadius = 0.0005;   // m, of what is left to free
 constexpr float kDotOpacity = 0.8f, kDotHidden = 0.5f;
@@ -42,6 +43,12 @@ Colour FibreColour(const AttachmentBed& bed, std::size_t sample, const Vector3d&
   const double share = (effective - bed.law.onset) / (bed.law.final - bed.law.onset);
   const Colour& slack = bed.law.leaf ? kLeafColour : kFibreColour;
   return slack + static_cast<float>(std::clamp(share, 0.0, 1.0)) * (kTautColour - slack);
+}
+
+// Returns a number from 0 to 1 that looks random from one fibre to the next.
+double Scatter(std::size_t fibre) {
+  const double turns = std::numbers::phi * static_cast<double>(fibre);
+  return turns - std::floor(turns);
 }
 
 std::vector<int> NearestSamples(const AttachmentBed& bed, std::size_t side,
@@ -136,12 +143,14 @@ void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const 
   for (std::size_t k = 0; k < kFibresOfStrip; ++k) {
     const double place = (2 * static_cast<double>(k) + 1) / double{kFibresOfStrip} - 1;  // -1..1
     const auto px = static_cast<float>(std::max(0.4, radius * px_per_m));
+    const double opacity =
+        std::lerp(kLeastLeafOpacity, kMostLeafOpacity, Scatter(kFibresOfStrip * sample + k));
     fibres_.push_back({.a_W = (a_W + place * half).cast<float>(),
                        .radius_a = px,
                        .b_W = (b_W + place * half).cast<float>(),
                        .radius_b = px,
                        .colour = colour,
-                       .opacity = kLeafOpacity * (1 - 0.5f * layer.burnt[sample])});
+                       .opacity = static_cast<float>(opacity) * (1 - 0.5f * layer.burnt[sample])});
   }
 }
 

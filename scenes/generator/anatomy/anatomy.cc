@@ -160,14 +160,16 @@ Vector3d IntoTissue(const ImplicitShape& shape, const Vector3d& p, double depth)
   return ProjectToLevel(shape, p, -depth);
 }
 
-/// The leaf from the gallbladder's left side to the liver's inferior face beside it.
+/// The leaf from the left side of the gallbladder's neck to the liver's inferior face in front of it.
 Anatomy::Leaf FrontLeaf(const ImplicitShape& gallbladder, const Vector3d& position) {
   Anatomy::Leaf leaf;
-  for (const Vector3d& p : {Point(11.5, 7, 7.5), Point(10.6, 17.5, 4), Point(9, 33, -3)}) {
+  for (const Vector3d& p :
+       {Point(10.6, 18, 4), Point(10, 29, 0), Point(10.5, 35, 0.5), Point(13, 41.5, -2)}) {
     leaf.on_gallbladder.push_back(InWorld(ProjectToLevel(gallbladder, p, 0), position));
   }
   const auto liver = LiverShape();
-  for (const Vector3d& p : {Point(12, -70.5, 26.5), Point(14, -55, 19.5)}) {
+  for (const Vector3d& p :
+       {Point(16, -62, 26), Point(20, -55, 24), Point(24, -49, 24), Point(28, -44, 23)}) {
     leaf.on_liver.push_back(ProjectToLevel(*liver, p, 0));
   }
   return leaf;
