@@ -229,6 +229,11 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
         p.head<2>() - 0.5 * Eigen::Vector2d(scope_.width(), scope_.height());
     status.outside[t] = from_middle.norm() > scope_.circle_radius_px();
   }
+  status.to_free = Guide().attachment;
+  for (std::size_t t = 0; t < ToSize(snapshot.tool_count) && status.to_free >= 0; ++t) {
+    status.to_free_gap[t] = drawing_->view.DistanceToLeft(
+        status.to_free, snapshot.tools[t].X_WT.translation(), snapshot);
+  }
   status.optics_turn = OpticsTurn(first_scope_, scope_);
   status.optics_changed = settings_.scope.angle - first_angle_;
   return MakeStatusText(status, options_.names);

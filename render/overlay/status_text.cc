@@ -183,6 +183,12 @@ double LengthOf(const std::vector<std::vector<double>>& lengths, int tool, int i
   return t < lengths.size() && i < lengths[t].size() ? lengths[t][i] : 0;
 }
 
+bool FreesLayers(const StatusNames& names, int tool, int instrument_index) {
+  const auto t = static_cast<std::size_t>(tool), i = static_cast<std::size_t>(instrument_index);
+  return t < names.frees_layers.size() && i < names.frees_layers[t].size() &&
+         names.frees_layers[t][i];
+}
+
 struct NearestDuct {
   std::size_t duct = 0;
   double gap = std::numeric_limits<double>::infinity();  // m, from a point to its surface
@@ -207,10 +213,12 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
 
 // m up to which jaws that close on ducts are said to be near one.
 constexpr double kDuctShown = 0.03;
+// The same for a hook or scissors and the layer that the exercise asks to free.
+constexpr double kLayerShown = 0.04;
 
 // Returns what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm
 // into liver", "12 mm from liver", or "free" if no organ is near. Jaws that close on ducts tell how far
-// their middle is from one.
+// their middle is from one, a hook how far its tip is from the layer to free.
 StatusLine ContactLine(const Status& status, const StatusNames& names, int tool) {
   const SessionHealth::Tool& health = status.health.tools[tool];
   const SolvedContact& contact = status.scene.contacts[tool];
@@ -219,7 +227,9 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
   }
   const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
   if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
-    return {"in " + names.layers[layer], Tone::kGood};
+    const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
+    return {"in " + names.layers[layer] + (wanted ? "" : ": not yet"),
+            wanted ? Tone::kGood : Tone::kWarning};
   }
   const ToolPose& pose = status.scene.tools[tool];
   if (const double jaws = LengthOf(names.duct_jaws, tool, pose.instrument_index);
@@ -229,6 +239,11 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
     if (gap < kDuctShown) {
       return {Format("%.0f mm from ", 1e3 * std::max(0.0, gap)) + names.ducts[duct], Tone::kDim};
     }
+  }
+  if (const double gap = status.to_free_gap[ToSize(tool)];
+      status.to_free >= 0 && health.organ < 0 && gap < kLayerShown &&
+      FreesLayers(names, tool, pose.instrument_index)) {
+    return {Format("%.0f mm from ", 1e3 * gap) + names.layers[ToSize(status.to_free)], Tone::kDim};
   }
   if (health.organ < 0 && contact.organ >= 0) {
     const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
@@ -274,7 +289,8 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
                              std::abs(roll) / kDegree, roll > 0 ? "e" : "q"),
                       clip.angle > kClipAngle ? Tone::kWarning : Tone::kPlain});
   } else if (clip.angle > kClipAngle) {
-    lines->push_back({Format("%.0f\u00b0 oblique: pull it across", angle), Tone::kWarning});
+    lines->push_back(
+        {Format("%.0f\u00b0 oblique: turn the duct, other hand", angle), Tone::kWarning});
   } else {
     lines->push_back({Format("%.0f\u00b0 oblique: good", angle), Tone::kGood});
   }

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
+
+#include "engine/mesh/closest_point.h"
 
 namespace hpdm {
 namespace {
@@ -32,8 +35,8 @@ float RawnessOf(float damage, float burnt) {
   return x * x * (3 - 2 * x) + (damage >= 1 ? burnt : 0);
 }
 
-// Returns the colour of a sample's fibres: they turn white from where they begin to give way up to where
-// they tear. a_W, b_W: their ends, m.
+// Returns the colour of a sample's fibres: they turn white in the second half of the way from where they
+// begin to give way to where they tear. a_W, b_W: their ends, m.
 Colour FibreColour(const AttachmentBed& bed, std::size_t sample, const Vector3d& a_W,
                    const Vector3d& b_W) {
   const auto row = static_cast<Eigen::Index>(sample);
@@ -42,7 +45,7 @@ Colour FibreColour(const AttachmentBed& bed, std::size_t sample, const Vector3d&
       bed.law.Effective(b_W - a_W - at_rest_W, bed.normals_W.row(row).transpose());
   const double share = (effective - bed.law.onset) / (bed.law.final - bed.law.onset);
   const Colour& slack = bed.law.leaf ? kLeafColour : kFibreColour;
-  return slack + static_cast<float>(std::clamp(share, 0.0, 1.0)) * (kTautColour - slack);
+  return slack + static_cast<float>(std::clamp(2 * share - 1, 0.0, 1.0)) * (kTautColour - slack);
 }
 
 // Returns a number from 0 to 1 that looks random from one fibre to the next.
@@ -152,6 +155,21 @@ void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const 
                        .colour = colour,
                        .opacity = static_cast<float>(opacity) * (1 - 0.5f * layer.burnt[sample])});
   }
+}
+
+double AttachmentRenderer::DistanceToLeft(int attachment, const Vector3d& p_W,
+                                          const SceneSnapshot& snapshot) const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const Layer& layer : layers_) {
+    if (layer.visual.bed->index != attachment) continue;
+    for (std::size_t i = 0; i < layer.damage.size(); ++i) {
+      if (layer.damage[i] >= 1) continue;
+      const Vector3d a_W = EndOf(layer, 0, i, snapshot), b_W = EndOf(layer, 1, i, snapshot);
+      const Vector3d near_W = a_W + ClosestOnSegment(p_W, a_W, b_W) * (b_W - a_W);
+      least = std::min(least, (p_W - near_W).norm());
+    }
+  }
+  return least;
 }
 
 void AttachmentRenderer::DrawLeft(int attachment, const Colour& colour,

@@ -39,6 +39,10 @@ class AttachmentRenderer {
   void DrawLeft(int attachment, const Colour& colour, const SceneSnapshot& snapshot,
                 const Laparoscope& scope);
 
+  /// Returns the distance (m) of a point from the nearest fibre of this attachment that still holds; infinity
+  /// if none does. Of the damage that Follow() has taken.
+  double DistanceToLeft(int attachment, const Vector3d& p_W, const SceneSnapshot& snapshot) const;
+
  private:
   struct Layer {
     AttachmentVisual visual;

@@ -56,8 +56,7 @@ inline Scene RemovalOf(AnatomyVariant variant, std::uint64_t seed, const std::st
   const Anatomy anatomy(variant, seed);
   std::vector<const Anatomy::Organ*> made = {&anatomy.gallbladder};
   for (const Anatomy::Organ& organ : anatomy.fixed) made.push_back(&organ);
-  constexpr double kBileDuctRadius =
-      0.0035;  // m, within 0.1 mm; 5 mm from it is 8.5 mm from its axis
+  constexpr double kBileDuctRadius = 0.0035;  // m, within 0.1 mm
   std::vector<Vector3d> axis;
   for (OrganOptions& organ : scene.organs) {
     organ.lattice.cells = {4, organ.name == "liver" ? 4 : 7, 4};

@@ -367,6 +367,7 @@ StatusNames SessionModel::Names() const {
     std::vector<std::string>& held = names.instruments.emplace_back();
     std::vector<double>& radii = names.tip_radii.emplace_back();
     std::vector<double>& jaws = names.duct_jaws.emplace_back();
+    std::vector<bool>& frees = names.frees_layers.emplace_back();
     for (int e = 0; e < options.HeldCount(); ++e) {
       const InstrumentDescription& instrument = options.Held(e);
       held.push_back(instrument.name);
@@ -376,6 +377,7 @@ StatusNames SessionModel::Names() const {
       const bool closes =
           geometry.action == ToolAction::kClip || geometry.action == ToolAction::kCut;
       jaws.push_back(closes ? geometry.JawsLength() : 0);
+      frees.push_back(geometry.action == ToolAction::kBurn || geometry.action == ToolAction::kCut);
     }
   }
   return names;

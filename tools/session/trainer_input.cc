@@ -19,6 +19,7 @@ constexpr double kToolTurn = 120 * kDegree;
 constexpr double kZoom = 1.8;         // factor on the focal length
 constexpr double kHandSpeed = 0.04;   // m of the second hand's tip, across the picture
 constexpr double kHandInsert = 0.03;  // m, along its shaft
+constexpr double kKeyShare = 0.5;  // of these two: a key cannot be pressed a little, as a stick can
 
 constexpr double kWheelInsertion = 0.004;    // m per step
 constexpr double kFineInsertion = 0.001;     // m, for one that comes after kSlowWheel
@@ -199,18 +200,19 @@ int TrainerInput::SecondHand() const {
 void TrainerInput::MoveSecondHand(double seconds) {
   const int second = SecondHand();
   if (second < 0 || view_.paused) return;
-  const auto rate = [this](int forth, int back, double stick) {
+  const auto rate = [this](int forth, int back, double stick, double key) {
     const double keys = static_cast<double>(Held(forth)) - static_cast<double>(Held(back));
-    return std::clamp(keys + stick, -1.0, 1.0);
+    return std::clamp(key * keys + stick, -1.0, 1.0);
   };
-  const Vector3d across_C(rate('h', 'f', gamepad_.right), rate('t', 'g', gamepad_.up), 0);
+  const Vector3d across_C(rate('h', 'f', gamepad_.right, kKeyShare),
+                          rate('t', 'g', gamepad_.up, kKeyShare), 0);
   if (!across_C.isZero()) {
     const Laparoscope scope(view_.scope, Laparoscope::kMinSide, Laparoscope::kMinSide);
     const Vector3d move_W = scope.X_WC().linear() * (kHandSpeed * seconds * across_C);
     SetTarget(second, targets_[second].p_W + move_W, targets_[second].roll);
   }
-  Insert(second, kHandInsert * seconds * rate('y', 'b', gamepad_.in));
-  Turn(second, kToolTurn * seconds * rate('n', 'c', gamepad_.roll));
+  Insert(second, kHandInsert * seconds * rate('y', 'b', gamepad_.in, kKeyShare));
+  Turn(second, kToolTurn * seconds * rate('n', 'c', gamepad_.roll, 1));
 }
 
 void TrainerInput::TurnWheel(double steps) {

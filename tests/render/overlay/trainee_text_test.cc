@@ -40,6 +40,8 @@ struct Trainee {
     status.outside = outside;
     status.optics_turn = optics_turn;
     status.optics_changed = optics_changed;
+    status.to_free = to_free;
+    status.to_free_gap.fill(to_free_gap);
     return MakeStatusText(status, names);
   }
 
@@ -49,6 +51,8 @@ struct Trainee {
   StatusNames names;
   std::array<bool, kMaxInstruments> outside{};
   double optics_turn = 0, optics_changed = 0;
+  int to_free = -1;
+  double to_free_gap = 0;  // m
 };
 
 std::string All(const std::vector<StatusLine>& lines) {
@@ -239,7 +243,7 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "push in to cover it")) << "it is at the tip";
   readout.clip_ahead.place_W = Vector3d(0, 0, 0.009);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "pull back to cover it"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: pull it across"))
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the duct, other hand"))
       << "no roll helps";
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "no clip yet";
   readout.clip_gap = 0.0024;  // between the middles of clips of 1 mm
@@ -325,6 +329,24 @@ TEST(TraineeText, AHookInALayerSaysSo) {
   trainee.scene.readouts[1].layer = 0;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "free"));
+}
+
+TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
+  Trainee trainee;
+  trainee.to_free = 1;
+  trainee.to_free_gap = 0.0123;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "free")) << "not known as a hook";
+  trainee.names.frees_layers = {{false}, {true, false, true, false}};
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "12 mm from bed"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "free")) << "a grasper";
+  trainee.scene.readouts[1].layer = 0;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: not yet"));
+  trainee.scene.readouts[1].layer = 1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "not yet"));
+  trainee.scene.readouts[1].layer = -1;
+  trainee.to_free = -1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "free")) << "nothing to free";
 }
 
 }  // namespace

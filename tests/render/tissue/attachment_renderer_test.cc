@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <vector>
 
@@ -206,6 +207,33 @@ TEST_F(LiftedBlock, ALeafIsASheetWithHolesWhereItHasTorn) {
   EXPECT_NEAR(holes, covered / 6.0, 0.04 * covered) << "two of twelve strips";
   EXPECT_EQ(others, 0);
   EXPECT_NEAR(columns / holes, kWidth / 2.0, 3) << "in its middle";
+}
+
+// Points beside a hanging layer, and beyond what is left of it.
+TEST_F(LiftedBlock, TellsHowFarWhatIsLeftOfALayerIs) {
+  SceneRenderer view({{.rest = &models_[0].rest()}, {.rest = &models_[1].rest()}}, {}, nullptr,
+                     {.occlusion = false, .shadows = false}, {{&beds_[0], {1, 0}}});
+  const auto distance = [&](const Vector3d& p_W) {
+    LaparoscopeOptions options;
+    options.p_scope_W = Vector3d(0, -0.12, 0.05);
+    PictureTarget target(kWidth, kHeight, 1);
+    target.Bind();
+    view.Draw(scene_, Laparoscope(options, kWidth, kHeight));
+    return view.DistanceToLeft(0, p_W, scene_);
+  };
+  const AttachmentBed& bed = beds_[0];
+  const Vector3d middle_W =
+      (bed.points_W[0].row(0) + bed.points_W[1].row(0)).transpose() / 2 + Vector3d(0, 0, 0.005);
+  // A fibre ends on the surfaces' triangles, up to half a millimetre beside its sample's points.
+  EXPECT_LT(distance(middle_W), 5e-4) << "on a fibre, lifted by half of the blocks' way";
+  const double beside = distance(middle_W + Vector3d(0, -0.05, 0));
+  EXPECT_GT(beside, 0.02);
+  EXPECT_LE(beside, 0.05 + 5e-4);
+  scene_.damage[0][0] = 1;
+  EXPECT_GT(distance(middle_W), 0.001) << "its fibre has torn";
+  SetDamage(1);
+  EXPECT_TRUE(std::isinf(distance(middle_W)));
+  EXPECT_TRUE(std::isinf(view.DistanceToLeft(1, middle_W, scene_))) << "another attachment";
 }
 
 TEST_F(LiftedBlock, SmokeRisesSpreadsAndIsGone) {

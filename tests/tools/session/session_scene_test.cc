@@ -48,6 +48,14 @@ TEST(LimitsOf, AFreeOrganMayLieAnywhere) {
   EXPECT_EQ(limits.settles[0], 0.0);
 }
 
+TEST(NamesOfASession, KnowHooksAndScissorsThatFreeLayers) {
+  const Scene scene = LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/gallbladder_removal.toml");
+  const StatusNames names = SessionModel(scene).Names();
+  EXPECT_EQ(names.frees_layers,
+            (std::vector<std::vector<bool>>{{false}, {true, false, true, false, false}}))
+      << "grasper; hook, clip applier, scissors, right grasper, suction";
+}
+
 // The status text tells by them how far a duct is from the jaws, and where it lies between them.
 TEST(NamesOfASession, HaveTheLengthOfJawsThatCloseOnDucts) {
   const Scene scene = LoadScene(std::string(HPDM_SOURCE_DIR) + "/scenes/clip_and_cut.toml");

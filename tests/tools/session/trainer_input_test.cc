@@ -183,8 +183,8 @@ TEST_F(TrainerInputTest, KeysMoveTheSecondHandWhileTheMouseMovesTheFirst) {
   EXPECT_EQ(input.target(0).p_W, first.p_W);
   const Vector3d moved_W = input.target(1).p_W - second.p_W;
   const Matrix3d axes_W = Laparoscope(input.view().scope, kWidth, kHeight).X_WC().linear();
-  // 40 mm/s to the right and upwards, in the picture's plane.
-  EXPECT_TRUE((axes_W.transpose() * moved_W).isApprox(Vector3d(0.004, 0.004, 0), 1e-9))
+  // 20 mm/s to the right and upwards, in the picture's plane.
+  EXPECT_TRUE((axes_W.transpose() * moved_W).isApprox(Vector3d(0.002, 0.002, 0), 1e-9))
       << moved_W.transpose();
   input.Handle(MotionEvent{30, 0});
   EXPECT_NE(input.target(0).p_W, first.p_W) << "both at the same time";
@@ -194,7 +194,7 @@ TEST_F(TrainerInputTest, KeysMoveTheSecondHandWhileTheMouseMovesTheFirst) {
   input.Handle(KeyEvent{'y', true});
   input.Handle(KeyEvent{'n', true});
   input.Advance(0.1);
-  EXPECT_NEAR(Insertion(input, 1), insertion + 0.003, 1e-12);  // 30 mm/s
+  EXPECT_NEAR(Insertion(input, 1), insertion + 0.0015, 1e-12);  // 15 mm/s
   EXPECT_NEAR(input.target(1).roll, 12 * kDegree, 1e-12);
   Type(&input, 'v');
   EXPECT_EQ(input.target(0).jaw, 1);
