@@ -177,16 +177,11 @@ void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
   }
 }
 
-// Returns a length of the instrument that a tool is, m; 0 if the names do not have it.
-double LengthOf(const std::vector<std::vector<double>>& lengths, int tool, int instrument_index) {
+// Returns the value of the instrument that a tool is; 0 or false if the names do not have it.
+template <class T>
+T OfInstrument(const std::vector<std::vector<T>>& values, int tool, int instrument_index) {
   const auto t = static_cast<std::size_t>(tool), i = static_cast<std::size_t>(instrument_index);
-  return t < lengths.size() && i < lengths[t].size() ? lengths[t][i] : 0;
-}
-
-bool FreesLayers(const StatusNames& names, int tool, int instrument_index) {
-  const auto t = static_cast<std::size_t>(tool), i = static_cast<std::size_t>(instrument_index);
-  return t < names.frees_layers.size() && i < names.frees_layers[t].size() &&
-         names.frees_layers[t][i];
+  return t < values.size() && i < values[t].size() ? T{values[t][i]} : T{};
 }
 
 struct NearestDuct {
@@ -232,7 +227,7 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
             wanted ? Tone::kGood : Tone::kWarning};
   }
   const ToolPose& pose = status.scene.tools[tool];
-  if (const double jaws = LengthOf(names.duct_jaws, tool, pose.instrument_index);
+  if (const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
       health.organ < 0 && jaws > 0) {
     const auto [duct, gap] =
         NearestDuctTo(pose.X_WT * Vector3d(0, 0, jaws / 2), status.scene, names);
@@ -242,12 +237,12 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
   }
   if (const double gap = status.to_free_gap[ToSize(tool)];
       status.to_free >= 0 && health.organ < 0 && gap < kLayerShown &&
-      FreesLayers(names, tool, pose.instrument_index)) {
+      OfInstrument(names.frees_layers, tool, pose.instrument_index)) {
     return {Format("%.0f mm from ", 1e3 * gap) + names.layers[ToSize(status.to_free)], Tone::kDim};
   }
   if (health.organ < 0 && contact.organ >= 0) {
     const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
-                            LengthOf(names.tip_radii, tool, pose.instrument_index);
+                            OfInstrument(names.tip_radii, tool, pose.instrument_index);
     return {
         Format("%.0f mm from ", 1e3 * std::max(0.0, distance)) + OrganName(names, contact.organ),
         Tone::kDim};
@@ -274,7 +269,7 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
   if (readout.clips_left < 0) return;  // scissors cut at any angle
   if (clip.coverage < DuctJudge::kLeastCoverage) {
     const ToolPose& pose = status.scene.tools[tool];
-    const double jaws = LengthOf(names.duct_jaws, tool, pose.instrument_index);
+    const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
     const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
     lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
   }

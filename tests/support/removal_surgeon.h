@@ -70,14 +70,6 @@ class RemovalSurgeon : public ScriptedHands {
     for (; !way_W.empty(); way_W.pop_back()) Move(kRight, way_W.back(), 0.06);
   }
 
-  /// Burns the leaf, what is behind it, and the lowest third of the bed, as the critical view needs.
-  void OpenCalotsTriangle() {
-    for (const Layer layer : {kLeaf, kTriangle, kLowestThird}) {
-      BackOff();
-      Burn(layer);
-    }
-  }
-
   /// Closes the right hand's instrument on a duct at an arc length (m), with its jaws turned by an angle
   /// (rad) off the best roll, `past` (m) beyond the middle of the tube. Returns the place of its tip.
   Vector3d Hold(Duct duct, double arc, double turned = 0, double past = 0.005) {
@@ -136,7 +128,10 @@ class RemovalSurgeon : public ScriptedHands {
   std::size_t Operate() {
     TakeFundus();
     Lift(0.012);
-    OpenCalotsTriangle();
+    for (const Layer layer : {kLeaf, kTriangle, kLowestThird}) {  // up to the critical view
+      BackOff();
+      Burn(layer);
+    }
     if (done() < 5) return done();
     BackOff();
     Lift(-0.010);  // Without traction duct and artery lie across the clips.
