@@ -22,6 +22,11 @@ std::vector<Triangles> TrianglesOf(const std::vector<OrganVisual>& organs) {
   return triangles;
 }
 
+ToolShade ShadeOf(const std::vector<InstrumentVisual>& instruments,
+                  const SceneRendererOptions& options) {
+  return {.tools = static_cast<int>(instruments.size()), .shadows = options.shadows};
+}
+
 }  // namespace
 
 SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
@@ -29,7 +34,7 @@ SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
                              const Image* background, const SceneRendererOptions& options,
                              const std::vector<AttachmentVisual>& attachments,
                              const std::vector<DuctVisual>& ducts)
-    : organs_(organs, options.levels, options.shadows),
+    : organs_(organs, ShadeOf(instruments, options), options.levels),
       instruments_(instruments),
       burns_(TrianglesOf(organs), VertexCounts(organs)),
       has_raw_(organs.size(), false),
@@ -38,7 +43,7 @@ SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
   if (options.occlusion) occlusion_.emplace();
   if (!attachments.empty()) attachments_.emplace(attachments, organs);
   for (std::size_t o = 0; o < organs.size(); ++o) raw_.emplace_back(burns_.Of(o).size());
-  if (!ducts.empty()) ducts_.emplace(ducts, options.shadows);
+  if (!ducts.empty()) ducts_.emplace(ducts, ShadeOf(instruments, options));
 }
 
 void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,

@@ -7,7 +7,8 @@ namespace hpdm {
 void AttachedCompliance::Work::MakeRoom(const AttachmentJoint& joint, Eigen::Index columns) {
   const Eigen::Index unknowns = std::max(w_0.rows(), 3 * joint.modes());
   w_0.resize(unknowns, std::max(w_0.cols(), columns));
-  half = half_forces = w_0;
+  half.resize(std::max(half.rows(), JointSolver::MostHalfSize(joint)), w_0.cols());
+  half_forces = half;
   few_w.resize(unknowns, kFewColumns);
   few_q.resize(static_cast<std::size_t>(FullGroups(w_0.cols()) / kFewColumns), few_w);
   for (FewColumns& q : few_q) q.resize(unknowns, kFewColumns);
@@ -72,8 +73,8 @@ void AttachedCompliance::RespondInPart(std::span<const SparseRow> rows,
 
 void AttachedCompliance::AddOtherPart(Eigen::Ref<Eigen::MatrixXd> compliance) const {
   const Eigen::Index count = compliance.cols();
-  auto half = work_.half.topLeftCorner(unknowns_, count);
-  auto half_forces = work_.half_forces.topLeftCorner(unknowns_, count);
+  auto half = work_.half.topLeftCorner(state_.solver().half_size(), count);
+  auto half_forces = work_.half_forces.topLeftCorner(half.rows(), count);
   state_.solver().Halve(work_.w_0.topLeftCorner(unknowns_, count), half);
   half_forces = half;
   state_.solver().TakeDuctForces(half_forces);

@@ -34,8 +34,8 @@ AttachmentLink::AttachmentLink(std::shared_ptr<const AttachmentJoint> joint)
       equations_(2 * ContactSolver::kMaxEquations),
       along_(3 * state_.joint().modes(), 2 * ContactSolver::kMaxEquations),
       loaded_(along_),
-      half_along_(along_),
-      half_(along_),
+      half_along_(JointSolver::MostHalfSize(state_.joint()), along_.cols()),
+      half_(half_along_),
       let_go_(state_.joint().members().size(), 0),
       apart_(Eigen::VectorXd::Zero(along_.rows())),
       free_(apart_),
@@ -203,7 +203,8 @@ void AttachmentLink::Linearise(std::span<const BodyInStep> bodies, ContactSolver
   for (Eigen::Index e = 0; e < count; ++e) {
     solver->change()[equations_[ToSize(e)]] += along_.col(e).dot(q_);
   }
-  auto half = half_.leftCols(count), half_along = half_along_.leftCols(count);
+  const Eigen::Index size = state_.solver().half_size();
+  auto half = half_.topLeftCorner(size, count), half_along = half_along_.topLeftCorner(size, count);
   state_.solver().Halve(loaded_.leftCols(count), half);
   if (same_) {
     half_along = half;

@@ -2,6 +2,7 @@
 
 #include <Eigen/LU>
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <string>
 #include <utility>
@@ -18,8 +19,9 @@ constexpr double kMostDeferred = 0.02;
 
 // Returns a sample's stiffness, Pa/m.
 Matrix3d StiffnessOf(const AttachmentBed& bed, int sample, double damage, bool closed) {
+  const Vector3d n = bed.normals_W.row(sample);
   return bed.law.Alike(damage) * Matrix3d::Identity() +
-         bed.law.BesideAlike(damage, closed, bed.normals_W.row(sample));
+         bed.law.BesideAlike(damage, closed) * n * n.transpose();
 }
 
 }  // namespace
@@ -213,32 +215,29 @@ void AttachmentState::AddConstants() {
 // which carry pressure alone, or those of a leaf.
 void AttachmentState::FillStiffness(std::size_t l, std::size_t first_sample) {
   const AttachmentJoint::Layer& layer = joint_->layers()[l];
-  const auto damage = std::span(now_.damage).subspan(first_sample, ToSize(layer.bed.size()));
-  const auto closed = std::span(now_.closed).subspan(first_sample, ToSize(layer.bed.size()));
-  const Eigen::Index s = layer.samples.rows();
-  auto sum = solver_.RoomFor(l);
-  for (int i = 0; i < layer.bed.size(); ++i) {
-    const double alike = layer.bed.areas[i] * layer.bed.law.Alike(damage[ToSize(i)]);
-    if (alike == 0) continue;
-    const auto m = layer.samples.col(i);
-    for (Eigen::Index c = 0; c < s; ++c) sum.col(c).tail(s - c) += alike * m[c] * m.tail(s - c);
-  }
-  bool spread = false;
-  for (int i = 0; i < layer.bed.size(); ++i) {
-    const CohesiveLaw& law = layer.bed.law;
-    const bool is_closed = closed[ToSize(i)] != 0;
-    if (!law.HasBeside(damage[ToSize(i)], is_closed)) continue;
-    if (!spread) solver_.SpreadOverAxes(l);
-    spread = true;
-    const Matrix3d beside = layer.bed.areas[i] * law.BesideAlike(damage[ToSize(i)], is_closed,
-                                                                 layer.bed.normals_W.row(i));
-    auto block = solver_.RoomOf(l);
-    const auto m = layer.samples.col(i);
-    for (Eigen::Index c = 0; c < s; ++c) {
-      for (Eigen::Index r = c; r < s; ++r) block.block<3, 3>(3 * r, 3 * c) += m[c] * m[r] * beside;
+  const CohesiveLaw& law = layer.bed.law;
+  const auto count = ToSize(layer.bed.size());
+  const auto damage = std::span(now_.damage).subspan(first_sample, count);
+  if (factored_damage_.empty() ||
+      !std::ranges::equal(damage, std::span(factored_damage_).subspan(first_sample, count))) {
+    const Eigen::Index s = layer.samples.rows();
+    auto sum = solver_.RoomFor(l);
+    for (int i = 0; i < layer.bed.size(); ++i) {
+      const double alike = layer.bed.areas[i] * law.Alike(damage[ToSize(i)]);
+      if (alike == 0) continue;
+      const auto m = layer.samples.col(i);
+      for (Eigen::Index c = 0; c < s; ++c) sum.col(c).tail(s - c) += alike * m[c] * m.tail(s - c);
     }
+    solver_.TakeAlike(l);
   }
-  solver_.TakeLayer(l);
+  solver_.ClearBeside(l);
+  for (int i = 0; i < layer.bed.size(); ++i) {
+    const bool closed = now_.closed[first_sample + ToSize(i)] != 0;
+    const double beside = layer.bed.areas[i] * law.BesideAlike(damage[ToSize(i)], closed);
+    if (beside == 0) continue;
+    solver_.AddBeside(l, layer.samples.col(i),
+                      std::sqrt(beside) * Vector3d(layer.bed.normals_W.row(i)));
+  }
 }
 
 Vector3d AttachmentState::DisplacementOf(const AttachmentJoint::Layer& layer, int sample,

@@ -29,11 +29,6 @@ bool CohesiveLaw::Closed(const Vector3d& delta, const Vector3d& normal) const {
   return along < 0 && (leaf || (delta - along * normal).norm() < final);
 }
 
-Matrix3d CohesiveLaw::BesideAlike(double damage, bool closed, const Vector3d& normal) const {
-  if (!HasBeside(damage, closed)) return Matrix3d::Zero();
-  return (leaf ? 1 - damage : damage) * stiffness * normal * normal.transpose();
-}
-
 double CohesiveLaw::Damage(double effective) const {
   if (!(effective > onset)) return 0;
   return std::min(1.0, final * (effective - onset) / (effective * (final - onset)));

@@ -32,12 +32,15 @@ struct CohesiveLaw {
   bool Closed(const Vector3d& delta, const Vector3d& normal) const;
   /// Returns the stiffness along all axes alike, Pa/m. The rest is BesideAlike().
   double Alike(double damage) const { return leaf ? 0 : (1 - damage) * stiffness; }
-  /// True if BesideAlike() is not zero.
+  /// True if a part of the stiffness acts along the normal alone.
   bool HasBeside(double damage, bool closed) const {
     return leaf ? !closed && damage < 1 : closed && damage > 0;
   }
-  /// Returns t = (Alike() 1 + BesideAlike()) delta less its first part, Pa/m.
-  Matrix3d BesideAlike(double damage, bool closed, const Vector3d& normal) const;
+  /// Returns the rest of the stiffness, along the normal, Pa/m: t = (Alike() 1 + BesideAlike() n n^T) delta.
+  double BesideAlike(double damage, bool closed) const {
+    if (!HasBeside(damage, closed)) return 0;
+    return (leaf ? 1 - damage : damage) * stiffness;
+  }
   /// Returns the damage after an effective displacement (m) that was never exceeded.
   double Damage(double effective) const;
   /// Returns the energy dissipated up to a damage, J/m^2; `toughness` at 1.

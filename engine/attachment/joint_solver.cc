@@ -38,17 +38,30 @@ Index FindRoot(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Ref<Eigen::MatrixXd> C,
   return size;
 }
 
-// Y = A X, for each axis of interleaved rows if axes is 3. The rows of X and Y begin there.
+// Y = A X, or Y += A X, for each axis of interleaved rows if axes is 3. The rows of X and Y begin there.
 void MultiplyAxes(const Eigen::Ref<const RowMajorMatrix>& A, int axes, const double* X,
-                  Index x_stride, double* Y, Index y_stride) {
+                  Index x_stride, double* Y, Index y_stride, bool add = false) {
   using Stride = Eigen::OuterStride<>;
   for (int axis = 0; axis < axes; ++axis) {
     const Eigen::Map<const FewColumns, 0, Stride> from(X + axis * x_stride, A.cols(), kFewColumns,
                                                        Stride(axes * x_stride));
     Eigen::Map<FewColumns, 0, Stride> to(Y + axis * y_stride, A.rows(), kFewColumns,
                                          Stride(axes * y_stride));
-    Multiply(A, from, to);
+    if (add) {
+      MultiplyAndAdd(A, from, to);
+    } else {
+      Multiply(A, from, to);
+    }
   }
+}
+
+// Returns the most columns that C can have: three of each mode and one of each sample.
+Index MostRank(const AttachmentJoint& joint) {
+  Index most = 0;
+  for (const AttachmentJoint::Layer& layer : joint.layers()) {
+    most += 3 * layer.samples.rows() + layer.samples.cols();
+  }
+  return most;
 }
 
 }  // namespace
@@ -57,101 +70,102 @@ JointSolver::JointSolver(std::shared_ptr<const AttachmentJoint> joint)
     : joint_(std::move(joint)),
       unknowns_(3 * joint_->modes()),
       duct_unknowns_(joint_->ducts().empty() ? 0 : unknowns_ - 3 * joint_->ducts()[0].first_mode),
-      roots_(joint_->layers().size()),
-      factor_(FullGroups(unknowns_ - duct_unknowns_), unknowns_ - duct_unknowns_),
-      duct_rows_(unknowns_ - duct_unknowns_, duct_unknowns_),
+      most_rank_(MostRank(*joint_)),
+      factor_(FullGroups(most_rank_ + kFewColumns), most_rank_),
+      duct_rows_(most_rank_, duct_unknowns_),
       duct_compliance_(duct_unknowns_, duct_unknowns_),
       duct_root_(duct_compliance_),
       duct_stiffness_(duct_compliance_),
       duct_factor_(duct_unknowns_),
       duct_forces_(Eigen::MatrixXd::Zero(duct_unknowns_, duct_unknowns_)),
-      product_(
-          RowMajorMatrix::Zero(unknowns_ - duct_unknowns_, FullGroups(unknowns_) + kFewColumns)),
-      transposed_(unknowns_, FullGroups(unknowns_ - duct_unknowns_)),
-      y_(unknowns_, kFewColumns),
+      product_(RowMajorMatrix::Zero(most_rank_, FullGroups(unknowns_) + kFewColumns)),
+      transposed_(unknowns_, FullGroups(most_rank_ + kFewColumns)),
+      y_(std::max(most_rank_, unknowns_), kFewColumns),
       w_(unknowns_, kFewColumns),
       one_(w_),
       q_(w_),
-      step_(w_),
+      step_(y_),
       moved_(Eigen::VectorXd::Zero(duct_unknowns_)),
       duct_work_(duct_unknowns_, duct_unknowns_),
       duct_inner_(duct_unknowns_, duct_unknowns_),
       root_(unknowns_, unknowns_),
       rest_(unknowns_, 1) {
-  for (std::size_t l = 0; l < roots_.size(); ++l) {
-    const Index size = 3 * joint_->layers()[l].samples.rows();
-    roots_[l].stiffness = Eigen::MatrixXd::Zero(size, size);
-    roots_[l].columns = roots_[l].transposed = RowMajorMatrix::Zero(size, size);
+  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+    const Index s = layer.samples.rows();
+    stiffness_.push_back(Eigen::MatrixXd::Zero(s, s));
+    roots_.emplace_back(3 * layer.first_mode, s, s, 3);
   }
+  for (const AttachmentJoint::Layer& layer : joint_->layers()) {
+    roots_.emplace_back(3 * layer.first_mode, 3 * layer.samples.rows(), layer.samples.cols(), 1);
+  }
+}
+
+Index JointSolver::MostHalfSize(const AttachmentJoint& joint) {
+  return MostRank(joint) + 3 * joint.modes();
 }
 
 Eigen::Ref<Eigen::MatrixXd> JointSolver::RoomFor(std::size_t layer) {
-  roots_[layer].axes = 3;
-  roots_[layer].size = joint_->layers()[layer].samples.rows();
-  auto room = RoomOf(layer);
-  room.setZero();
-  return room;
+  return stiffness_[layer].setZero();
 }
 
-Eigen::Ref<Eigen::MatrixXd> JointSolver::RoomOf(std::size_t layer) {
-  Root& root = roots_[layer];
-  return root.stiffness.topLeftCorner(root.size, root.size);
-}
-
-// In place, from the last entry on: no entry is overwritten before it is spread.
-void JointSolver::SpreadOverAxes(std::size_t layer) {
-  Root& root = roots_[layer];
-  for (Index c = root.size; c-- > 0;) {
-    for (Index r = root.size; r-- > c;) {
-      const double value = root.stiffness(r, c);
-      root.stiffness.block<3, 3>(3 * r, 3 * c) = value * Matrix3d::Identity();
-    }
-  }
-  root.axes = 1;
-  root.size *= 3;
-}
-
-void JointSolver::TakeLayer(std::size_t layer) {
-  Root& root = roots_[layer];
+void JointSolver::TakeAlike(std::size_t layer) {
+  Eigen::MatrixXd& A = stiffness_[layer];
+  Root& root = Alike(layer);
+  auto C = root_.topLeftCorner(A.rows(), A.rows());
   root.changed = true;
-  auto C = root_.topLeftCorner(root.size, root.size);
-  root.rank = FindRoot(RoomOf(layer), C, rest_.head(root.size));
-  root.columns.topLeftCorner(root.size, root.rank) = C.leftCols(root.rank);
-  root.transposed.topLeftCorner(root.rank, root.size) = C.leftCols(root.rank).transpose();
+  root.rank = FindRoot(A, C, rest_.head(A.rows()));
+  root.columns.leftCols(root.rank) = C.leftCols(root.rank);
+  root.transposed.topRows(root.rank) = C.leftCols(root.rank).transpose();
+}
+
+void JointSolver::ClearBeside(std::size_t layer) {
+  Root& root = Beside(layer);
+  root.changed = root.changed || root.rank > 0;
+  root.rank = 0;
+}
+
+void JointSolver::AddBeside(std::size_t layer, const Eigen::Ref<const Eigen::VectorXd>& m,
+                            const Vector3d& v) {
+  Root& root = Beside(layer);
+  root.changed = true;
+  auto row = root.transposed.row(root.rank);
+  for (Index j = 0; j < m.size(); ++j) row.segment<3>(3 * j) = m[j] * v.transpose();
+  root.columns.col(root.rank++) = row.transpose();
 }
 
 Eigen::MatrixXd JointSolver::StiffnessOf(std::size_t layer) const {
   const Root& root = roots_[layer];
-  const Eigen::MatrixXd C = root.columns.topLeftCorner(root.size, root.rank);
+  const Eigen::MatrixXd C = root.columns.leftCols(root.rank);
   const Eigen::MatrixXd stiffness = C * C.transpose();
-  if (root.axes == 1) return stiffness;
-  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(3 * root.size, 3 * root.size);
-  for (Index j = 0; j < root.size; ++j) {
-    for (Index i = 0; i < root.size; ++i) {
+  Eigen::MatrixXd spread = Eigen::MatrixXd::Zero(3 * C.rows(), 3 * C.rows());
+  for (Index j = 0; j < C.rows(); ++j) {
+    for (Index i = 0; i < C.rows(); ++i) {
       spread.block<3, 3>(3 * i, 3 * j) = stiffness(i, j) * Matrix3d::Identity();
     }
   }
   return spread;
 }
 
-// Y = C^T X, for the layers that begin in the first `rows` of Y. `changed_only`: of these the changed.
+// Y = C^T X, for the roots that begin in the first `rows` of Y. `changed_only`: of these the changed.
 void JointSolver::MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
                                 Index rows, bool changed_only) const {
-  for (std::size_t l = 0; l < roots_.size(); ++l) {
-    const Root& root = roots_[l];
+  for (const Root& root : roots_) {
     if (root.first >= rows) break;
     if (changed_only && !root.changed) continue;
-    MultiplyAxes(root.transposed.topLeftCorner(root.rank, root.size), root.axes,
-                 X.data() + 3 * joint_->layers()[l].first_mode * X.outerStride(), X.outerStride(),
+    MultiplyAxes(root.transposed.topRows(root.rank), root.axes,
+                 X.data() + root.first_row * X.outerStride(), X.outerStride(),
                  Y.data() + root.first * Y.outerStride(), Y.outerStride());
   }
 }
 
 void JointSolver::FactorLayers() {
+  const Index before = rank_;
   rank_ = 0;
+  Index kept = before;  // rows of L that stay
   for (Root& root : roots_) {
     root.changed = root.changed || root.first != rank_;
     root.first = rank_;
+    if (root.changed) kept = std::min(kept, rank_);
     rank_ += root.columns_of_C();
   }
   const RowMajorMatrix& G = joint_->compliance();
@@ -159,19 +173,23 @@ void JointSolver::FactorLayers() {
     MultiplyRoots(G.middleCols<kFewColumns>(column), product_.middleCols<kFewColumns>(column),
                   rank_, true);
   }
-  const Index layers = unknowns_ - duct_unknowns_;
   for (Root& root : roots_) root.changed = false;
-  transposed_.topLeftCorner(layers, rank_) = product_.topLeftCorner(rank_, layers).transpose();
-  transposed_.block(0, rank_, layers, FullGroups(rank_) - rank_).setZero();
-  // The rows of the symmetric B are written as columns of its lower triangle.
-  for (Index column = 0; column < rank_; column += kFewColumns) {
-    Eigen::Map<FewColumns, 0, Eigen::OuterStride<>> rows(
-        factor_.data() + column, rank_, kFewColumns, Eigen::OuterStride<>(factor_.rows()));
+  const Index layers = unknowns_ - duct_unknowns_, found = rank_ - kept;
+  transposed_.block(0, kept, layers, found) = product_.block(kept, 0, found, layers).transpose();
+  transposed_.block(0, rank_, layers, kFewColumns).setZero();
+  // The rows of the symmetric B are written as columns of its lower triangle. What L has above them
+  // takes their first columns to L's.
+  const auto above = factor_.topLeftCorner(kept, kept);
+  for (Index column = kept; column < rank_; column += kFewColumns) {
+    using Rows = Eigen::Map<FewColumns, 0, Eigen::OuterStride<>>;
+    const Eigen::OuterStride<> stride(factor_.rows());
+    Rows rows(factor_.data() + column, rank_, kFewColumns, stride);
     MultiplyRoots(transposed_.block(0, column, layers, kFewColumns), rows, column + kFewColumns);
+    SolveLower(above, Rows(factor_.data() + column, kept, kFewColumns, stride));
   }
   auto B = factor_.topLeftCorner(rank_, rank_);
-  B.diagonal().array() += 1;
-  FactorLower(B);
+  B.diagonal().tail(found).array() += 1;
+  FactorLower(B, kept);
   if (duct_unknowns_ > 0) CondenseLayers();
 }
 
@@ -235,8 +253,7 @@ void JointSolver::Halve(const Eigen::Ref<const Eigen::MatrixXd>& w_0,
     SolveLower(B, y);
     auto columns = half.middleCols(first, count);
     columns.topRows(rank_) = y.leftCols(count);
-    columns.bottomRows(unknowns_ - rank_ - duct_unknowns_).setZero();
-    auto of_ducts = columns.middleRows(rank_, duct_unknowns_);
+    auto of_ducts = columns.bottomRows(duct_unknowns_);
     of_ducts = w_.leftCols(count).bottomRows(duct_unknowns_);
     of_ducts -= W.transpose().lazyProduct(y.leftCols(count));
   }
@@ -244,7 +261,7 @@ void JointSolver::Halve(const Eigen::Ref<const Eigen::MatrixXd>& w_0,
 
 void JointSolver::TakeDuctForces(Eigen::Ref<Eigen::MatrixXd> half) const {
   if (duct_unknowns_ == 0) return;
-  auto of_ducts = half.middleRows(rank_, duct_unknowns_);
+  auto of_ducts = half.bottomRows(duct_unknowns_);
   for (Index c = 0; c < half.cols(); ++c) {
     auto w = y_.col(0).head(duct_unknowns_);
     w.noalias() = duct_forces_.lazyProduct(of_ducts.col(c));
@@ -280,11 +297,11 @@ void JointSolver::EndSolution(Eigen::Ref<FewColumns> q) const {
 // q = C z in the layers' rows.
 void JointSolver::SetRootForces(const Eigen::Ref<const FewColumns>& z,
                                 Eigen::Ref<FewColumns> q) const {
-  for (std::size_t l = 0; l < roots_.size(); ++l) {
-    const Root& root = roots_[l];
-    MultiplyAxes(root.columns.topLeftCorner(root.size, root.rank), root.axes,
+  q.topRows(unknowns_ - duct_unknowns_).setZero();
+  for (const Root& root : roots_) {
+    MultiplyAxes(root.columns.leftCols(root.rank), root.axes,
                  z.data() + root.first * z.outerStride(), z.outerStride(),
-                 q.data() + 3 * joint_->layers()[l].first_mode * q.outerStride(), q.outerStride());
+                 q.data() + root.first_row * q.outerStride(), q.outerStride(), true);
   }
 }
 

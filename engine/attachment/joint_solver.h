@@ -25,29 +25,38 @@ namespace hpdm {
 /// modes d, with the layers in place,
 ///     w_d = w_0d - W y,   W = G_d C L^-T,   S = G_dd - W W^T,   q_d = T w_d,   T = R_d (1 + S R_d)^-1.
 ///
+/// Most samples respond alike along all axes, so one root serves all three. Those that respond along
+/// one direction alone, or more stiffly there, have a column of C each. These come last: where samples
+/// only open or close, the rows of L above them stay. What stays and what is found anew has the same
+/// bits.
+///
 /// Copies continue to the last bit. Deformation thread; allocates nothing after its construction.
 class JointSolver {
  public:
   explicit JointSolver(std::shared_ptr<const AttachmentJoint> joint);
 
   /// Returns zeros for a layer's stiffness (s x s, N/m, the same along each axis), of which the lower
-  /// triangle is to be filled. TakeLayer() takes it.
+  /// triangle is to be filled. TakeAlike() takes it.
   Eigen::Ref<Eigen::MatrixXd> RoomFor(std::size_t layer);
-  /// Makes 3s x 3s of what has been filled, for parts that differ between the axes.
-  void SpreadOverAxes(std::size_t layer);
-  /// Returns the room in its present size.
-  Eigen::Ref<Eigen::MatrixXd> RoomOf(std::size_t layer);
-  void TakeLayer(std::size_t layer);
-  /// Follows TakeLayer() of all layers; needed once without layers, too.
+  void TakeAlike(std::size_t layer);
+  /// Removes what AddBeside() has added to a layer.
+  void ClearBeside(std::size_t layer);
+  /// Adds the stiffness (m v)(m v)^T of a sample with the modes m (s) that responds along v (sqrt(N/m)).
+  void AddBeside(std::size_t layer, const Eigen::Ref<const Eigen::VectorXd>& m, const Vector3d& v);
+  /// Follows TakeAlike() and AddBeside() of all layers; needed once without layers, too.
   void FactorLayers();
   /// Takes the ducts' stiffness. A duct under pressure can have a negative one: if the organs cannot
   /// hold it, that part is left out (DuctState::Stabilise).
   void TakeDucts(std::span<DuctState> ducts);
 
-  /// Returns a layer's stiffness as it was taken, 3s x 3s. Allocates; set-up only.
+  /// Returns a layer's stiffness without what is beside, 3s x 3s. Allocates; set-up only.
   Eigen::MatrixXd StiffnessOf(std::size_t layer) const;
 
-  /// Computes [y; w_d] of the columns w_0 (3r x k) in the first rows of `half` (3r x k), zeros below.
+  /// Returns the present number of entries of [y; w_d].
+  Eigen::Index half_size() const { return rank_ + duct_unknowns_; }
+  /// Returns the most that there can be.
+  static Eigen::Index MostHalfSize(const AttachmentJoint& joint);
+  /// Computes [y; w_d] of the columns w_0 (3r x k) in `half` (half_size() x k).
   void Halve(const Eigen::Ref<const Eigen::MatrixXd>& w_0, Eigen::Ref<Eigen::MatrixXd> half) const;
   /// Replaces [y; w_d] by [y; T w_d]: its product with another column's [y; w_d] is w_0 . q of both.
   void TakeDuctForces(Eigen::Ref<Eigen::MatrixXd> half) const;
@@ -63,15 +72,21 @@ class JointSolver {
  private:
   void Refine(Eigen::VectorXd* q, Eigen::VectorXd* w) const;
 
-  /// C of a layer in its rows. `axes`: 1, or 3 if C is the same along each.
+  /// A part of C in the rows of a layer. `axes`: 1, or 3 if it is the same along each.
   struct Root {
-    Eigen::MatrixXd stiffness;  // as filled
-    RowMajorMatrix columns, transposed;
-    Eigen::Index size = 0, rank = 0;
-    int axes = 1;
-    Eigen::Index first = 0;  // column of C
-    bool changed = true;     // its rows of product_ are to be computed
+    Root(Eigen::Index first_row, Eigen::Index size, Eigen::Index most, int axes)
+        : columns(RowMajorMatrix::Zero(size, most)),
+          transposed(RowMajorMatrix::Zero(most, size)),
+          axes(axes),
+          first_row(first_row) {}
     Eigen::Index columns_of_C() const { return axes * rank; }
+
+    RowMajorMatrix columns, transposed;  // the first `rank` are used
+    Eigen::Index rank = 0;
+    int axes;
+    Eigen::Index first_row;  // of C
+    Eigen::Index first = 0;  // column of C
+    bool changed = true;     // since FactorLayers()
   };
 
   void MultiplyRoots(const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
@@ -81,10 +96,14 @@ class JointSolver {
   void EndSolution(Eigen::Ref<FewColumns> q) const;
   void SetRootForces(const Eigen::Ref<const FewColumns>& z, Eigen::Ref<FewColumns> q) const;
 
+  Root& Alike(std::size_t layer) { return roots_[layer]; }
+  Root& Beside(std::size_t layer) { return roots_[stiffness_.size() + layer]; }
+
   std::shared_ptr<const AttachmentJoint> joint_;
-  Eigen::Index unknowns_, duct_unknowns_;  // 3r, and those of the ducts, which come last
-  std::vector<Root> roots_;
-  Eigen::Index rank_ = 0;                                    // columns of C
+  Eigen::Index unknowns_, duct_unknowns_;   // 3r, and those of the ducts, which come last
+  std::vector<Eigen::MatrixXd> stiffness_;  // of each layer, along each axis, as filled
+  std::vector<Root> roots_;  // of what is alike, and then of what is beside, of all layers
+  Eigen::Index most_rank_, rank_ = 0;                        // columns of C
   Eigen::MatrixXd factor_;                                   // L in its corner
   Eigen::MatrixXd duct_rows_;                                // rank x ducts: W^T
   Eigen::MatrixXd duct_compliance_, duct_root_;              // S, and a root of it

@@ -105,10 +105,13 @@ HPDM_INLINE void SolveUp(Lower L, Index n, double* X, Index stride) {
   }
 }
 
-template <int kRows, typename V>
+template <int kRows, bool kAdd, typename V>
 HPDM_INLINE void MultiplyRows(const double* a, Index a_stride, Index depth, const double* x,
                               Index x_stride, double* y, Index y_stride) {
   V sum[kRows] = {};
+  if constexpr (kAdd) {
+    for (int r = 0; r < kRows; ++r) Load(y + r * y_stride, &sum[r]);
+  }
   for (Index k = 0; k < depth; ++k) {
     V row;
     Load(x + k * x_stride, &row);
@@ -117,7 +120,7 @@ HPDM_INLINE void MultiplyRows(const double* a, Index a_stride, Index depth, cons
   for (int r = 0; r < kRows; ++r) Store(&sum[r], y + r * y_stride);
 }
 
-template <typename V>
+template <bool kAdd, typename V>
 HPDM_INLINE void MultiplyAll(const double* a, Index a_stride, Index rows, Index depth,
                              const double* X, Index x_stride, double* Y, Index y_stride) {
   for (int part = 0; part < kParts<V>; ++part) {
@@ -125,12 +128,12 @@ HPDM_INLINE void MultiplyAll(const double* a, Index a_stride, Index rows, Index 
     double* const y = Y + part * kLanes<V>;
     Index i = 0;
     for (; i + 8 <= rows; i += 8) {
-      MultiplyRows<8, V>(a + i * a_stride, a_stride, depth, x, x_stride, y + i * y_stride,
-                         y_stride);
+      MultiplyRows<8, kAdd, V>(a + i * a_stride, a_stride, depth, x, x_stride, y + i * y_stride,
+                               y_stride);
     }
     for (; i < rows; ++i) {
-      MultiplyRows<1, V>(a + i * a_stride, a_stride, depth, x, x_stride, y + i * y_stride,
-                         y_stride);
+      MultiplyRows<1, kAdd, V>(a + i * a_stride, a_stride, depth, x, x_stride, y + i * y_stride,
+                               y_stride);
     }
   }
 }
@@ -168,8 +171,11 @@ HPDM_INLINE void TakePanel(const double* l, Index count, double* A, Index stride
 }
 
 template <typename V>
-HPDM_INLINE bool Factor(double* A, Index stride, Index n) {
-  for (Index first = 0; first < n; first += kPanel) {
+HPDM_INLINE bool Factor(double* A, Index stride, Index done, Index n) {
+  for (Index first = 0; first < done; first += kPanel) {
+    TakePanel<V>(A + first * stride, std::min(kPanel, done - first), A, stride, done, n);
+  }
+  for (Index first = done; first < n; first += kPanel) {
     const Index count = std::min(kPanel, n - first), end = first + count;
     for (Index j = first; j < end; ++j) {
       double* const column = A + j * stride;
@@ -188,28 +194,36 @@ HPDM_INLINE bool Factor(double* A, Index stride, Index n) {
 }
 
 struct Kernels {
-  bool (*factor)(double* A, Index stride, Index n);
+  bool (*factor)(double* A, Index stride, Index done, Index n);
   void (*solve_down)(Lower L, Index n, double* X, Index stride);
   void (*solve_up)(Lower L, Index n, double* X, Index stride);
-  void (*multiply)(const double* a, Index a_stride, Index rows, Index depth, const double* X,
-                   Index x_stride, double* Y, Index y_stride);
+  using MultiplyFunction = void(const double* a, Index a_stride, Index rows, Index depth,
+                                const double* X, Index x_stride, double* Y, Index y_stride);
+  MultiplyFunction* multiply;
+  MultiplyFunction* multiply_and_add;
 };
 
-#define HPDM_KERNELS(name, V, attribute)                                                      \
-  attribute bool Factor##name(double* A, Index stride, Index n) {                             \
-    return Factor<V>(A, stride, n);                                                           \
-  }                                                                                           \
-  attribute void SolveDown##name(Lower L, Index n, double* X, Index stride) {                 \
-    SolveDown<V>(L, n, X, stride);                                                            \
-  }                                                                                           \
-  attribute void SolveUp##name(Lower L, Index n, double* X, Index stride) {                   \
-    SolveUp<V>(L, n, X, stride);                                                              \
-  }                                                                                           \
-  attribute void Multiply##name(const double* a, Index a_stride, Index rows, Index depth,     \
-                                const double* X, Index x_stride, double* Y, Index y_stride) { \
-    MultiplyAll<V>(a, a_stride, rows, depth, X, x_stride, Y, y_stride);                       \
-  }                                                                                           \
-  constexpr Kernels k##name{Factor##name, SolveDown##name, SolveUp##name, Multiply##name};
+#define HPDM_KERNELS(name, V, attribute)                                                        \
+  attribute bool Factor##name(double* A, Index stride, Index done, Index n) {                   \
+    return Factor<V>(A, stride, done, n);                                                       \
+  }                                                                                             \
+  attribute void SolveDown##name(Lower L, Index n, double* X, Index stride) {                   \
+    SolveDown<V>(L, n, X, stride);                                                              \
+  }                                                                                             \
+  attribute void SolveUp##name(Lower L, Index n, double* X, Index stride) {                     \
+    SolveUp<V>(L, n, X, stride);                                                                \
+  }                                                                                             \
+  attribute void Multiply##name(const double* a, Index a_stride, Index rows, Index depth,       \
+                                const double* X, Index x_stride, double* Y, Index y_stride) {   \
+    MultiplyAll<false, V>(a, a_stride, rows, depth, X, x_stride, Y, y_stride);                  \
+  }                                                                                             \
+  attribute void MultiplyAndAdd##name(const double* a, Index a_stride, Index rows, Index depth, \
+                                      const double* X, Index x_stride, double* Y,               \
+                                      Index y_stride) {                                         \
+    MultiplyAll<true, V>(a, a_stride, rows, depth, X, x_stride, Y, y_stride);                   \
+  }                                                                                             \
+  constexpr Kernels k##name{Factor##name, SolveDown##name, SolveUp##name, Multiply##name,       \
+                            MultiplyAndAdd##name};
 
 HPDM_KERNELS(Narrow, Doubles2, )
 #if defined(__x86_64__)
@@ -231,9 +245,9 @@ const Kernels& KernelsFor(VectorWidth width) {
 }  // namespace
 }  // namespace few_columns
 
-bool FactorLower(Eigen::Ref<Eigen::MatrixXd> A, VectorWidth width) {
-  HPDM_CHECK(A.rows() == A.cols());
-  return few_columns::KernelsFor(width).factor(A.data(), A.outerStride(), A.rows());
+bool FactorLower(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Index done, VectorWidth width) {
+  HPDM_CHECK(A.rows() == A.cols() && done <= A.rows());
+  return few_columns::KernelsFor(width).factor(A.data(), A.outerStride(), done, A.rows());
 }
 
 void SolveLower(const Eigen::Ref<const Eigen::MatrixXd>& L, Eigen::Ref<FewColumns> X,
@@ -255,6 +269,15 @@ void Multiply(const Eigen::Ref<const RowMajorMatrix>& A, const Eigen::Ref<const 
   HPDM_CHECK(A.cols() == X.rows() && A.rows() == Y.rows());
   few_columns::KernelsFor(width).multiply(A.data(), A.outerStride(), A.rows(), A.cols(), X.data(),
                                           X.outerStride(), Y.data(), Y.outerStride());
+}
+
+void MultiplyAndAdd(const Eigen::Ref<const RowMajorMatrix>& A,
+                    const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
+                    VectorWidth width) {
+  HPDM_CHECK(A.cols() == X.rows() && A.rows() == Y.rows());
+  few_columns::KernelsFor(width).multiply_and_add(A.data(), A.outerStride(), A.rows(), A.cols(),
+                                                  X.data(), X.outerStride(), Y.data(),
+                                                  Y.outerStride());
 }
 
 }  // namespace hpdm

@@ -21,8 +21,10 @@ using RowMajorMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eig
 /// bit. Any thread; they allocate nothing. `width`: another than the widest, for tests.
 
 /// Replaces the lower triangle of A by its Cholesky factor L, A = L L^T, and leaves the upper one. False
-/// if A is not positive definite; A is then lost.
-bool FactorLower(Eigen::Ref<Eigen::MatrixXd> A, VectorWidth width = WidestVectors());
+/// if A is not positive definite; A is then lost. `done`: the first columns that are L's already, in
+/// all rows; the result is the same bit for bit as from the start.
+bool FactorLower(Eigen::Ref<Eigen::MatrixXd> A, Eigen::Index done = 0,
+                 VectorWidth width = WidestVectors());
 
 /// Replaces X (n x 8) by L^-1 X, or by L^-T X. Reads the lower triangle of L (n x n) alone.
 void SolveLower(const Eigen::Ref<const Eigen::MatrixXd>& L, Eigen::Ref<FewColumns> X,
@@ -33,5 +35,9 @@ void SolveLowerTransposed(const Eigen::Ref<const Eigen::MatrixXd>& L, Eigen::Ref
 /// Sets Y = A X, with A of m x k, X of k x 8, Y of m x 8.
 void Multiply(const Eigen::Ref<const RowMajorMatrix>& A, const Eigen::Ref<const FewColumns>& X,
               Eigen::Ref<FewColumns> Y, VectorWidth width = WidestVectors());
+/// Adds A X to Y.
+void MultiplyAndAdd(const Eigen::Ref<const RowMajorMatrix>& A,
+                    const Eigen::Ref<const FewColumns>& X, Eigen::Ref<FewColumns> Y,
+                    VectorWidth width = WidestVectors());
 
 }  // namespace hpdm

@@ -167,7 +167,13 @@ void TipCompliance::Condense(const LatticeCompliance& lattice) {
     tips_[row.tip].force_W += row.force_W;
     tips_[row.tip].x_W += share_.block<3, 3>(3 * i, 3 * row.tip).transpose() * row.x_W;
   }
-  tip_response_.leftCols(tips + 1).noalias() = response_.leftCols(3 * row_count_) * forces;
+  for (int c = 0; c <= tips; ++c) {  // a general product would allocate
+    auto moved = tip_response_.col(c);
+    moved.setZero();
+    for (int k = 0; k < 3 * row_count_; ++k) {
+      if (forces(k, c) != 0) moved += forces(k, c) * response_.col(k);
+    }
+  }
   lattice.AddOtherPart(forces, tip_response_.leftCols(tips + 1));
   for (int i = 0; i < row_count_; ++i) {
     Tip& tip = tips_[rows_[i].tip];

@@ -243,12 +243,14 @@ void PatchBuilder::FillCouplings(const TipContact& contact, const TipPress& pres
                                  const OrganModel& model, OrganState* state,
                                  ToolPatch* patch) const {
   if (model.rigid() || patch->reaction == ReactionType::kPaper) return;
-  for (int t = 0; t < state->tips.size(); ++t) {
+  const TipCompliance& tips = state->tips;
+  SparseRow b;
+  if (contact.tip < 0) b = press.KernelRow(model, state);
+  for (int t = 0; t < tips.size(); ++t) {
     if (t == contact.tip) continue;
     patch->couplings[patch->coupling_count++] = {
-        .to = state->tips[t].owner,
-        .compliance_W = contact.tip >= 0 ? state->tips.Between(contact.tip, t)
-                                         : state->tips.Coupling(press.KernelRow(model, state), t)};
+        .to = tips[t].owner,
+        .compliance_W = contact.tip >= 0 ? tips.Between(contact.tip, t) : tips.Coupling(b, t)};
   }
 }
 

@@ -139,9 +139,9 @@ std::vector<SurfaceMesh> DuctRenderer::ClipsOf(const std::vector<SweptTube>& tub
   return clips;
 }
 
-DuctRenderer::DuctRenderer(const std::vector<DuctVisual>& ducts, bool shadows)
+DuctRenderer::DuctRenderer(const std::vector<DuctVisual>& ducts, const ToolShade& shade)
     : tubes_(TubesOf(ducts)),
-      tubes_renderer_(VisualsOf(ducts, tubes_), false, shadows),
+      tubes_renderer_(VisualsOf(ducts, tubes_), shade, false),
       clips_renderer_(ClipsOf(tubes_)),
       clips_W_(tubes_.size()) {
   for (std::vector<Isometry3d>& clips_W : clips_W_) clips_W.reserve(kMaxDuctNodes);

@@ -43,7 +43,7 @@ class SweptTube {
 class DuctRenderer {
  public:
   /// Throws MachineError if the driver refuses a shader.
-  DuctRenderer(const std::vector<DuctVisual>& ducts, bool shadows);
+  DuctRenderer(const std::vector<DuctVisual>& ducts, const ToolShade& shade);
 
   /// Moves the tubes to the snapshot's shapes.
   void Move(const SceneSnapshot& snapshot, const Laparoscope& scope);

@@ -14,8 +14,6 @@ namespace hpdm {
 namespace {
 
 constexpr const char* kOrganDepthFragment = "void main() {}\n";
-constexpr const char* kWithShadows = "const bool kShadows = true;\n";
-constexpr const char* kWithoutShadows = "const bool kShadows = false;\n";
 
 constexpr int kBaseTextureUnit = 0;
 constexpr int kDetailUnit = 1;
@@ -39,12 +37,19 @@ std::unique_ptr<LatticeDeformation> DeformationOf(const OrganModel& model,
   return std::make_unique<LatticeDeformation>(model, rest, normals);
 }
 
+std::string ShadeConstants(const ToolShade& shade) {
+  HPDM_CHECK(shade.tools <= kMaxInstruments);
+  return "const int kTools = " + std::to_string(shade.tools) +
+         ";\nconst bool kShadows = " + (shade.shadows ? "true" : "false") + ";\n";
+}
+
 }  // namespace
 
-OrganRenderer::OrganRenderer(const std::vector<OrganVisual>& organs, bool levels, bool shadows)
+OrganRenderer::OrganRenderer(const std::vector<OrganVisual>& organs, const ToolShade& shade,
+                             bool levels)
     : program_("organ", {glsl::kFrame, glsl::kOrganVertex},
-               {glsl::kFrame, glsl::kLight, glsl::kTissue, glsl::kTissueDetail,
-                shadows ? kWithShadows : kWithoutShadows, glsl::kOrganFragment}),
+               {glsl::kFrame, glsl::kLight, ShadeConstants(shade).c_str(), glsl::kToolShade,
+                glsl::kTissue, glsl::kTissueDetail, glsl::kOrganFragment}),
       depth_program_("organ depth", {glsl::kFrame, glsl::kOrganVertex}, {kOrganDepthFragment}),
       base_colour_(program_.Uniform("base_colour")),
       metres_per_uv_(program_.Uniform("metres_per_uv")),

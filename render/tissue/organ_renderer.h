@@ -7,6 +7,7 @@
 
 #include "engine/mesh/surface_mesh.h"
 #include "engine/organ.h"
+#include "engine/scene_limits.h"
 #include "engine/snapshots.h"
 #include "render/camera/laparoscope.h"
 #include "render/gl/shaders.h"
@@ -32,14 +33,20 @@ struct OrganVisual {
   double error_scale = 1e-3;          ///< Error with the overlay's last colour, m.
 };
 
+/// What the instruments take from the light on tissue.
+struct ToolShade {
+  int tools = kMaxInstruments;  ///< Number of instruments in the scene.
+  bool shadows = true;
+};
+
 /// The organs on the graphics card. Render thread only.
 class OrganRenderer {
  public:
   /// Compiles the program and uploads meshes, textures and, if `levels`, the meshes' levels. Throws
   /// MachineError if the driver refuses the shader. A texture for a mesh without texture
   /// coordinates is a bug.
-  explicit OrganRenderer(const std::vector<OrganVisual>& organs, bool levels = true,
-                         bool shadows = true);
+  explicit OrganRenderer(const std::vector<OrganVisual>& organs, const ToolShade& shade = {},
+                         bool levels = true);
 
   /// Moves the organs to the snapshot's shapes. Chooses the organs that `scope` may see and their
   /// levels. A shape is uploaded only if its version changed since the last call. Fewer organs or

@@ -146,7 +146,7 @@ class RemovalSurgeon : public ScriptedHands {
       if (done() < before + 2) return done();
     }
     Exchange(kHook);
-    Lift(0.006);
+    Lift(0.004);
     Burn(kRest);
     BackOff();
     TakeOut();

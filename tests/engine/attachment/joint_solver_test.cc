@@ -125,7 +125,8 @@ TEST(JointSolver, ForcesAreThoseOfTheDenseStiffnessAtAnyDamage) {
     EXPECT_LT((q_alone - expected.col(2)).norm(), 1e-8 * expected.col(2).norm()) << round;
     EXPECT_LT((w_alone - w.col(2)).norm(), 1e-8 * w.col(2).norm()) << round;
 
-    Eigen::MatrixXd half(n, 11), columns = Eigen::MatrixXd::Random(n, 11);  // more than one group
+    Eigen::MatrixXd half(state.solver().half_size(), 11);  // more than one group
+    Eigen::MatrixXd columns = Eigen::MatrixXd::Random(n, 11);
     columns.leftCols<kFewColumns>() = w_0;
     state.solver().Halve(columns, half);
     Eigen::MatrixXd forces = half;
@@ -135,6 +136,26 @@ TEST(JointSolver, ForcesAreThoseOfTheDenseStiffnessAtAnyDamage) {
   }
   EXPECT_GT(damage, 0.8 * static_cast<double>(state.damage().size()));
   EXPECT_GT(closed, 5);
+}
+
+// What stays of the factor and what is found anew has the bits of a new factor.
+TEST(JointSolver, ForcesDoNotDependOnTheWayToTheirDamage) {
+  const LayeredBlocks blocks;
+  AttachmentState state(blocks.joint);
+  const Eigen::Index n = 3 * blocks.joint->modes();
+  std::srand(5);
+  for (int round = 0; round < 9; ++round) {
+    state.Update(Eigen::VectorXd::Random(n) * std::pow(10.0, -5 + 0.3 * round));
+    state.Refactor();
+    AttachmentState fresh(blocks.joint);
+    fresh.TakeBack(state.solved());
+    fresh.Refactor();
+    const FewColumns w_0 = FewColumns::Random(n, kFewColumns);
+    FewColumns q(n, kFewColumns), q_fresh(n, kFewColumns);
+    state.solver().FindForces(w_0, q);
+    fresh.solver().FindForces(w_0, q_fresh);
+    EXPECT_EQ(q, q_fresh) << round;
+  }
 }
 
 // Torn layers, and ducts without layers.

@@ -41,12 +41,30 @@ TEST(FewColumns, FactorIsEigensAndLeavesTheUpperTriangle) {
     A.triangularView<Eigen::StrictlyUpper>().setConstant(7);
     const MatrixXd factor = SameForAllWidths([&](VectorWidth width) {
       MatrixXd factored = A;
-      EXPECT_TRUE(FactorLower(factored, width));
+      EXPECT_TRUE(FactorLower(factored, 0, width));
       return factored;
     });
     EXPECT_LT((MatrixXd(factor.triangularView<Eigen::Lower>()) - L).norm(), 1e-13 * L.norm()) << n;
     EXPECT_EQ(MatrixXd(factor.triangularView<Eigen::StrictlyUpper>()),
               MatrixXd(A.triangularView<Eigen::StrictlyUpper>()));
+  }
+}
+
+// The first columns stay, and those of the rows below come from a solution.
+TEST(FewColumns, FactorGoesOnFromItsFirstColumnsToTheLastBit) {
+  for (const Index n : kSizes) {
+    const MatrixXd A = Definite(n);
+    MatrixXd whole = A;
+    ASSERT_TRUE(FactorLower(whole));
+    for (const Index done : {Index{0}, n / 3, n - 1, n}) {
+      const MatrixXd factor = SameForAllWidths([&](VectorWidth width) {
+        MatrixXd factored = A;
+        factored.leftCols(done) = whole.leftCols(done);
+        EXPECT_TRUE(FactorLower(factored, done, width));
+        return MatrixXd(factored.triangularView<Eigen::Lower>());
+      });
+      EXPECT_EQ(factor, MatrixXd(whole.triangularView<Eigen::Lower>())) << n << ' ' << done;
+    }
   }
 }
 
@@ -79,7 +97,7 @@ TEST(FewColumns, SolutionsAreEigens) {
   }
 }
 
-TEST(FewColumns, ProductIsEigens) {
+TEST(FewColumns, ProductIsEigensAlsoWhenItIsAdded) {
   for (const Index m : kSizes) {
     for (const Index k : kSizes) {
       const RowMajorMatrix A = RowMajorMatrix::Random(m, k + 4);
@@ -90,6 +108,12 @@ TEST(FewColumns, ProductIsEigens) {
         return MatrixXd(product);
       });
       EXPECT_LT((Y - A.middleCols(1, k) * X).norm(), 1e-13 * (1 + Y.norm())) << m << ", " << k;
+      const MatrixXd twice = SameForAllWidths([&](VectorWidth width) {
+        FewColumns sum = Y;
+        MultiplyAndAdd(A.middleCols(1, k), X, sum, width);
+        return MatrixXd(sum);
+      });
+      EXPECT_LT((twice - 2 * Y).norm(), 1e-13 * (1 + Y.norm())) << m << ", " << k;
     }
   }
 }
