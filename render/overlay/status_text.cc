@@ -207,7 +207,7 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
 }
 
 // m up to which jaws that close on ducts are said to be near one.
-constexpr double kDuctShown = 0.03;
+constexpr double kDuctShown = 0.06;
 // The same for a hook or scissors and the layer that the exercise asks to free.
 constexpr double kLayerShown = 0.04;
 
