@@ -231,8 +231,8 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
   }
   status.to_free = Guide().attachment;
   for (std::size_t t = 0; t < ToSize(snapshot.tool_count) && status.to_free >= 0; ++t) {
-    status.to_free_gap[t] = drawing_->view.DistanceToLeft(
-        status.to_free, snapshot.tools[t].X_WT.translation(), snapshot);
+    status.to_free_W[t] =
+        drawing_->view.NearestLeft(status.to_free, snapshot.tools[t].X_WT.translation(), snapshot);
   }
   status.optics_turn = OpticsTurn(first_scope_, scope_);
   status.optics_changed = settings_.scope.angle - first_angle_;

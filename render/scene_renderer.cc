@@ -3,7 +3,6 @@
 #include <epoxy/gl.h>
 
 #include <algorithm>
-#include <limits>
 
 namespace hpdm {
 namespace {
@@ -81,10 +80,10 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
 }
 
-double SceneRenderer::DistanceToLeft(int attachment, const Vector3d& p_W,
-                                     const SceneSnapshot& snapshot) const {
-  if (!attachments_) return std::numeric_limits<double>::infinity();
-  return attachments_->DistanceToLeft(attachment, p_W, snapshot);
+std::optional<Vector3d> SceneRenderer::NearestLeft(int attachment, const Vector3d& p_W,
+                                                   const SceneSnapshot& snapshot) const {
+  if (!attachments_) return std::nullopt;
+  return attachments_->NearestLeft(attachment, p_W, snapshot);
 }
 
 // Gives the organs' meshes the surfaces that layers have left raw and hooks charred.

@@ -52,9 +52,10 @@ class SceneRenderer {
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0,
             const FreeingGuide& guide = {});
 
-  /// Returns the distance (m) of a point from the nearest fibre of an attachment that still holds, as the
-  /// last Draw() drew it; infinity if none does.
-  double DistanceToLeft(int attachment, const Vector3d& p_W, const SceneSnapshot& snapshot) const;
+  /// Returns the point nearest to `p_W` on the fibres of an attachment that still hold, as the last Draw()
+  /// drew them; none if none does.
+  std::optional<Vector3d> NearestLeft(int attachment, const Vector3d& p_W,
+                                      const SceneSnapshot& snapshot) const;
 
   /// Clears the depth and draws that of one organ alone, as the last Draw() did.
   void DrawDepthOf(std::size_t organ) const;

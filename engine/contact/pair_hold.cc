@@ -96,7 +96,8 @@ void HeldCompliance::RespondTo(const SparseRow& b, Eigen::Ref<Eigen::MatrixXd> r
     moved.row(side.place) += sum;
   }
   HeldColumns forces(hold_.size(), 3);
-  forces.noalias() = hold_.stiffness() * moved;
+  // A general product would take a megabyte of the stack for its blocks.
+  forces.noalias() = hold_.stiffness().lazyProduct(moved);
   for (std::size_t s = 0; s < sides.size(); ++s) {
     response.noalias() -= scratch_->col(static_cast<Eigen::Index>(s)).head(3 * weights.cols()) *
                           forces.row(sides[s].place);

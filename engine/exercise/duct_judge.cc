@@ -90,7 +90,7 @@ std::string FaultText(const ClipFinding& clip, const std::string& duct, bool key
   };
   add(kClipOblique, Format("oblique: %.0f\u00b0 (at most %.0f\u00b0)", clip.angle / kDegree,
                            clip.most_angle / kDegree) +
-                        (keys ? ": roll it (q, e) or turn the duct" : ""));
+                        (keys ? ": roll it (q, e) or turn the tube" : ""));
   add(kClipShort,
       Format("covers %.0f %% of the width (at least %.0f %%)", std::floor(kPerCent * clip.coverage),
              kPerCent * DuctJudge::kLeastCoverage));

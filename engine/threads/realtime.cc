@@ -102,12 +102,15 @@ RealtimeGrant SetFifo(int priority) {
 
 /// Writes to every page of its own frame. It is not inlined, so that the frame lies below the
 /// caller's and is released at once.
-[[gnu::noinline]] void PrefaultStack() {
-  char frame[kPrefaultBytes];
+// Touches that much of the stack, a frame at a time.
+[[gnu::noinline]] void PrefaultStack(int bytes) {
+  constexpr int kFrame = 128 * 1024;
+  char frame[kFrame];
   volatile char* pages = frame;
   const long page = std::max(sysconf(_SC_PAGESIZE), 1L);
-  for (long i = 0; i < kPrefaultBytes; i += page) pages[i] = 0;
-  pages[kPrefaultBytes - 1] = 0;
+  for (long i = 0; i < kFrame; i += page) pages[i] = 0;
+  if (bytes > kFrame) PrefaultStack(bytes - kFrame);
+  pages[kFrame - 1] = 0;
 }
 
 RealtimeGrant Pin(int from_last, int* core) {
@@ -177,7 +180,7 @@ RealtimeReport RequestRealtime(const RealtimeOptions& options) noexcept {
   if (options.lock_memory) report.locked_memory = LockMemoryOnce();
   if (options.keep_awake) report.kept_awake = KeepAwakeOnce();
   if (options.prefault_stack) {
-    PrefaultStack();
+    PrefaultStack(kPrefaultBytes);
     report.prefaulted_stack = {.asked = true, .granted = true, .why_not = {}};
   }
   if (options.core_from_last) report.pinned = Pin(*options.core_from_last, &report.core);

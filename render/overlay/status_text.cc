@@ -187,6 +187,7 @@ T OfInstrument(const std::vector<std::vector<T>>& values, int tool, int instrume
 struct NearestDuct {
   std::size_t duct = 0;
   double gap = std::numeric_limits<double>::infinity();  // m, from a point to its surface
+  Vector3d near_W = Vector3d::Zero();                    // on its axis
 };
 
 NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
@@ -200,10 +201,25 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
       const Vector3d b_W = duct.nodes_W[ToSize(i + 1)].cast<double>();
       const Vector3d near_W = a_W + ClosestOnSegment(p_W, a_W, b_W) * (b_W - a_W);
       const double gap = (p_W - near_W).norm() - names.duct_radii[d];
-      if (gap < nearest.gap) nearest = {d, gap};
+      if (gap < nearest.gap) nearest = {d, gap, near_W};
     }
   }
   return nearest;
+}
+
+// m from which on the way to a target along the shaft is told, and the least share of it along the shaft.
+constexpr double kWayShown = 0.002, kAlongShaft = 0.7;
+
+// Returns "12 mm from bed", and which way along the shaft the bed is, if it lies ahead or behind.
+StatusLine GapLine(const ToolPose& pose, const Vector3d& from_W, const Vector3d& to_W, double gap,
+                   const std::string& target) {
+  const Vector3d way_W = to_W - from_W;
+  const double out = pose.X_WT.linear().col(2).dot(way_W);
+  const char* way = "";
+  if (gap >= kWayShown && std::abs(out) > kAlongShaft * way_W.norm()) {
+    way = out < 0 ? ": push in" : ": pull back";
+  }
+  return {Format("%.0f mm from ", 1e3 * std::max(0.0, gap)) + target + way, Tone::kDim};
 }
 
 // m up to which jaws that close on ducts are said to be near one.
@@ -213,7 +229,7 @@ constexpr double kLayerShown = 0.04;
 
 // Returns what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm
 // into liver", "12 mm from liver", or "free" if no organ is near. Jaws that close on ducts tell how far
-// their middle is from one, a hook how far its tip is from the layer to free.
+// their middle is from one, a hook how far its tip is from the layer to free, and which way.
 StatusLine ContactLine(const Status& status, const StatusNames& names, int tool) {
   const SessionHealth::Tool& health = status.health.tools[tool];
   const SolvedContact& contact = status.scene.contacts[tool];
@@ -229,16 +245,18 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
   const ToolPose& pose = status.scene.tools[tool];
   if (const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
       health.organ < 0 && jaws > 0) {
-    const auto [duct, gap] =
-        NearestDuctTo(pose.X_WT * Vector3d(0, 0, jaws / 2), status.scene, names);
-    if (gap < kDuctShown) {
-      return {Format("%.0f mm from ", 1e3 * std::max(0.0, gap)) + names.ducts[duct], Tone::kDim};
-    }
+    const Vector3d middle_W = pose.X_WT * Vector3d(0, 0, jaws / 2);
+    const auto [duct, gap, near_W] = NearestDuctTo(middle_W, status.scene, names);
+    if (gap < kDuctShown) return GapLine(pose, middle_W, near_W, gap, names.ducts[duct]);
   }
-  if (const double gap = status.to_free_gap[ToSize(tool)];
-      status.to_free >= 0 && health.organ < 0 && gap < kLayerShown &&
+  if (const std::optional<Vector3d>& to_W = status.to_free_W[ToSize(tool)];
+      status.to_free >= 0 && health.organ < 0 && to_W &&
       OfInstrument(names.frees_layers, tool, pose.instrument_index)) {
-    return {Format("%.0f mm from ", 1e3 * gap) + names.layers[ToSize(status.to_free)], Tone::kDim};
+    const Vector3d tip_W = pose.X_WT.translation();
+    const double gap = (*to_W - tip_W).norm();
+    if (gap < kLayerShown) {
+      return GapLine(pose, tip_W, *to_W, gap, names.layers[ToSize(status.to_free)]);
+    }
   }
   if (health.organ < 0 && contact.organ >= 0) {
     const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
@@ -285,7 +303,7 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
                       clip.angle > kClipAngle ? Tone::kWarning : Tone::kPlain});
   } else if (clip.angle > kClipAngle) {
     lines->push_back(
-        {Format("%.0f\u00b0 oblique: turn the duct, other hand", angle), Tone::kWarning});
+        {Format("%.0f\u00b0 oblique: turn the tube, other hand", angle), Tone::kWarning});
   } else {
     lines->push_back({Format("%.0f\u00b0 oblique: good", angle), Tone::kGood});
   }

@@ -41,10 +41,10 @@ struct Status {
   const PictureMarks* marks = nullptr;  ///< Of a teacher; null: none.
   /// Where each tool's tip is, 0..1 of the picture from its left and top. None: it is behind the lens.
   std::array<std::optional<Eigen::Vector2d>, kMaxInstruments> tips = {};
-  /// Attachment that the exercise asks to free next, -1: none; and how far each tool's tip is from what is
-  /// left of it, m.
+  /// Attachment that the exercise asks to free next, -1: none; and what is left of it nearest to each
+  /// tool's tip.
   int to_free = -1;
-  std::array<double, kMaxInstruments> to_free_gap = {};
+  std::array<std::optional<Vector3d>, kMaxInstruments> to_free_W = {};
   double aspect = 4.0 / 3;                      ///< Width of the picture over its height.
   std::array<bool, kMaxInstruments> outside{};  ///< The tip is outside the circular picture.
   double optics_turn = 0;                       ///< rad about the shaft, from the first view's.

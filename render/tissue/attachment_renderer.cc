@@ -157,8 +157,9 @@ void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const 
   }
 }
 
-double AttachmentRenderer::DistanceToLeft(int attachment, const Vector3d& p_W,
-                                          const SceneSnapshot& snapshot) const {
+std::optional<Vector3d> AttachmentRenderer::NearestLeft(int attachment, const Vector3d& p_W,
+                                                        const SceneSnapshot& snapshot) const {
+  std::optional<Vector3d> nearest_W;
   double least = std::numeric_limits<double>::infinity();
   for (const Layer& layer : layers_) {
     if (layer.visual.bed->index != attachment) continue;
@@ -166,10 +167,12 @@ double AttachmentRenderer::DistanceToLeft(int attachment, const Vector3d& p_W,
       if (layer.damage[i] >= 1) continue;
       const Vector3d a_W = EndOf(layer, 0, i, snapshot), b_W = EndOf(layer, 1, i, snapshot);
       const Vector3d near_W = a_W + ClosestOnSegment(p_W, a_W, b_W) * (b_W - a_W);
-      least = std::min(least, (p_W - near_W).norm());
+      if ((p_W - near_W).norm() >= least) continue;
+      least = (p_W - near_W).norm();
+      nearest_W = near_W;
     }
   }
-  return least;
+  return nearest_W;
 }
 
 void AttachmentRenderer::DrawLeft(int attachment, const Colour& colour,

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "engine/attachment/attachment_bed.h"
@@ -39,9 +40,10 @@ class AttachmentRenderer {
   void DrawLeft(int attachment, const Colour& colour, const SceneSnapshot& snapshot,
                 const Laparoscope& scope);
 
-  /// Returns the distance (m) of a point from the nearest fibre of this attachment that still holds; infinity
-  /// if none does. Of the damage that Follow() has taken.
-  double DistanceToLeft(int attachment, const Vector3d& p_W, const SceneSnapshot& snapshot) const;
+  /// Returns the point nearest to `p_W` on the fibres of this attachment that still hold; none if none does.
+  /// Of the damage that Follow() has taken.
+  std::optional<Vector3d> NearestLeft(int attachment, const Vector3d& p_W,
+                                      const SceneSnapshot& snapshot) const;
 
  private:
   struct Layer {

@@ -353,7 +353,7 @@ TEST(ExerciseDucts, ABadClipSaysEachFaultWithItsFigure) {
   EXPECT_EQ(said(Clip(0.01)), "");
   EXPECT_EQ(said(Tilted(38)), "oblique: 38\u00b0 (at most 20\u00b0)");
   EXPECT_EQ(said(Tilted(38), true),
-            "oblique: 38\u00b0 (at most 20\u00b0): roll it (q, e) or turn the duct");
+            "oblique: 38\u00b0 (at most 20\u00b0): roll it (q, e) or turn the tube");
   EXPECT_EQ(said(Covering(0.979)), "covers 97 % of the width (at least 98 %)");
   judge.Keep(Clip(0.01), true);
   EXPECT_EQ(said(Clip(0.0124)), "1.4 mm from the next clip (at least 2 mm)");

@@ -41,7 +41,9 @@ struct Trainee {
     status.optics_turn = optics_turn;
     status.optics_changed = optics_changed;
     status.to_free = to_free;
-    status.to_free_gap.fill(to_free_gap);
+    for (std::size_t t = 0; t < kMaxInstruments && to_free >= 0; ++t) {
+      status.to_free_W[t] = scene.tools[t].X_WT * to_free_T;
+    }
     return MakeStatusText(status, names);
   }
 
@@ -52,7 +54,7 @@ struct Trainee {
   std::array<bool, kMaxInstruments> outside{};
   double optics_turn = 0, optics_changed = 0;
   int to_free = -1;
-  double to_free_gap = 0;  // m
+  Vector3d to_free_T = Vector3d::Zero();  // m
 };
 
 std::string All(const std::vector<StatusLine>& lines) {
@@ -243,7 +245,7 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "push in to cover it")) << "it is at the tip";
   readout.clip_ahead.place_W = Vector3d(0, 0, 0.009);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "pull back to cover it"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the duct, other hand"))
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the tube, other hand"))
       << "no roll helps";
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "no clip yet";
   readout.clip_gap = 0.0024;  // between the middles of clips of 1 mm
@@ -334,10 +336,17 @@ TEST(TraineeText, AHookInALayerSaysSo) {
 TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   Trainee trainee;
   trainee.to_free = 1;
-  trainee.to_free_gap = 0.0123;
+  trainee.to_free_T = Vector3d(0.0123, 0, 0);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free")) << "not known as a hook";
   trainee.names.frees_layers = {{false}, {true, false, true, false}};
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "12 mm from bed"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "pull")) << "beside the tip";
+  trainee.to_free_T = Vector3d(0.003, 0, 0.009);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm from bed: pull back")) << "up the shaft";
+  trainee.to_free_T.z() *= -1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm from bed: push in"));
+  trainee.to_free_T = Vector3d(0, 0, -0.0012);
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in")) << "there already";
   EXPECT_TRUE(Shows(trainee.Text().tools[0], "free")) << "a grasper";
   trainee.scene.readouts[1].layer = 0;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: not yet"));
