@@ -227,30 +227,17 @@ constexpr double kDuctShown = 0.06;
 // The same for a hook or scissors and the layer that the exercise asks to free.
 constexpr double kLayerShown = 0.04;
 
-// Returns what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm
-// into liver", "12 mm from liver", or "free" if no organ is near. Jaws that close on ducts tell how far
-// their middle is from one, a hook how far its tip is from the layer to free, and which way.
-StatusLine ContactLine(const Status& status, const StatusNames& names, int tool) {
-  const SessionHealth::Tool& health = status.health.tools[tool];
-  const SolvedContact& contact = status.scene.contacts[tool];
-  if (contact.kind == ContactKind::kGrasp && contact.organ >= 0) {
-    return {"holds " + OrganName(names, contact.organ), Tone::kGood};
-  }
-  const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
-  if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
-    const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
-    return {"in " + names.layers[layer] + (wanted ? "" : ": not yet"),
-            wanted ? Tone::kGood : Tone::kWarning};
-  }
+// Returns how far an instrument is from its target: jaws that close on ducts, with their middle, from one, a
+// hook from the layer to free.
+std::optional<StatusLine> TargetLine(const Status& status, const StatusNames& names, int tool) {
   const ToolPose& pose = status.scene.tools[tool];
-  if (const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
-      health.organ < 0 && jaws > 0) {
+  if (const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index); jaws > 0) {
     const Vector3d middle_W = pose.X_WT * Vector3d(0, 0, jaws / 2);
     const auto [duct, gap, near_W] = NearestDuctTo(middle_W, status.scene, names);
     if (gap < kDuctShown) return GapLine(pose, middle_W, near_W, gap, names.ducts[duct]);
   }
   if (const std::optional<Vector3d>& to_W = status.to_free_W[ToSize(tool)];
-      status.to_free >= 0 && health.organ < 0 && to_W &&
+      status.to_free >= 0 && to_W &&
       OfInstrument(names.frees_layers, tool, pose.instrument_index)) {
     const Vector3d tip_W = pose.X_WT.translation();
     const double gap = (*to_W - tip_W).norm();
@@ -258,16 +245,54 @@ StatusLine ContactLine(const Status& status, const StatusNames& names, int tool)
       return GapLine(pose, tip_W, *to_W, gap, names.layers[ToSize(status.to_free)]);
     }
   }
-  if (health.organ < 0 && contact.organ >= 0) {
-    const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
-                            OfInstrument(names.tip_radii, tool, pose.instrument_index);
-    return {
-        Format("%.0f mm from ", 1e3 * std::max(0.0, distance)) + OrganName(names, contact.organ),
-        Tone::kDim};
-  }
-  if (health.organ < 0) return {"free", Tone::kDim};
+  return std::nullopt;
+}
+
+// Returns how deep the tip is in the organ that it presses.
+StatusLine DepthLine(const Status& status, const StatusNames& names, int tool) {
+  const SessionHealth::Tool& health = status.health.tools[tool];
   return {Format("%.1f mm into ", 1e3 * health.depth) + OrganName(names, health.organ),
           health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
+}
+
+// m: a press less deep does not hide what a hook burns.
+constexpr double kDepthShown = 0.001;
+
+// Adds what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm into
+// liver", "12 mm from liver", or "free" if no organ is near; and how far its target is.
+void AddContactLines(const Status& status, const StatusNames& names, int tool,
+                     std::vector<StatusLine>* lines) {
+  const SessionHealth::Tool& health = status.health.tools[tool];
+  const SolvedContact& contact = status.scene.contacts[tool];
+  if (contact.kind == ContactKind::kGrasp && contact.organ >= 0) {
+    lines->push_back({"holds " + OrganName(names, contact.organ), Tone::kGood});
+    return;
+  }
+  const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
+  if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
+    const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
+    lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": not yet"),
+                      wanted ? Tone::kGood : Tone::kWarning});
+    if (health.organ >= 0 && health.depth > kDepthShown) {
+      lines->push_back(DepthLine(status, names, tool));
+      lines->back().tone = std::max(lines->back().tone, Tone::kWarning);
+    }
+    return;
+  }
+  const std::optional<StatusLine> target = TargetLine(status, names, tool);
+  if (health.organ >= 0) lines->push_back(DepthLine(status, names, tool));
+  if (target) lines->push_back(*target);
+  if (target || health.organ >= 0) return;
+  if (contact.organ < 0) {
+    lines->push_back({"free", Tone::kDim});
+    return;
+  }
+  const ToolPose& pose = status.scene.tools[tool];
+  const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
+                          OfInstrument(names.tip_radii, tool, pose.instrument_index);
+  lines->push_back(
+      {Format("%.0f mm from ", 1e3 * std::max(0.0, distance)) + OrganName(names, contact.organ),
+       Tone::kDim});
 }
 
 // s for which a closing that found no duct is shown, and m up to which it was near one.
@@ -284,7 +309,11 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
   const auto duct = static_cast<std::size_t>(clip.duct);
   if (clip.duct < 0 || duct >= names.ducts.size()) return;
   lines->push_back({"in jaws: " + names.ducts[duct], Tone::kGood});
-  if (readout.clips_left < 0) return;  // scissors cut at any angle
+  if (readout.clips_left < 0) {  // scissors cut at any angle, and what they reach into
+    const int organ = status.health.tools[tool].organ;
+    if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
+    return;
+  }
   if (clip.coverage < DuctJudge::kLeastCoverage) {
     const ToolPose& pose = status.scene.tools[tool];
     const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
@@ -341,10 +370,12 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
                    active ? Tone::kGood : Tone::kPlain});
   if (status.outside[static_cast<std::size_t>(tool)]) {
     lines.push_back({"outside the picture", active ? Tone::kWarning : Tone::kDim});
-    if (active) lines.push_back({"wheel up brings it in", Tone::kWarning});
+    const bool holds = status.scene.contacts[tool].kind == ContactKind::kGrasp &&
+                       status.scene.contacts[tool].organ >= 0;
+    if (active && !holds) lines.push_back({"wheel up brings it in", Tone::kWarning});
   }
   AddReadout(status, names, tool, &lines);
-  lines.push_back(ContactLine(status, names, tool));
+  AddContactLines(status, names, tool, &lines);
   const double force = health.force_W.norm(), limit = status.limits.force;
   lines.push_back({Format("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
                    std::clamp(force / (kBarLimits * limit), 0.0, 1.0)});

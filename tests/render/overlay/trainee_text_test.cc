@@ -333,6 +333,39 @@ TEST(TraineeText, AHookInALayerSaysSo) {
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "free"));
 }
 
+TEST(TraineeText, AHookInALayerAlsoSaysHowDeepItIsInAnOrgan) {
+  Trainee trainee;
+  trainee.scene.readouts[1].layer = 0;
+  trainee.health.tools[1].organ = 0;
+  trainee.health.tools[1].depth = 0.0004;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "mm into")) << "it touches";
+  trainee.health.tools[1].depth = 0.0039;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "3.9 mm into"));
+}
+
+TEST(TraineeText, AnInstrumentThatPressesAnOrganStillSaysHowFarItsTargetIs) {
+  Trainee trainee;
+  trainee.names.frees_layers = {{false}, {true, false, true, false}};
+  trainee.health.tools[1].organ = 0;
+  trainee.health.tools[1].depth = 0.002;
+  trainee.to_free = 1;
+  trainee.to_free_T = Vector3d(0, 0, 0.008);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "2.0 mm into"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "8 mm from bed: pull back"));
+}
+
+TEST(TraineeText, ScissorsNameTheOrganThatTheyWouldCutWithADuct) {
+  Trainee trainee;
+  trainee.scene.readouts[1].clip_ahead.duct = 1;
+  trainee.scene.readouts[1].clips_left = -1;
+  trainee.health.tools[1].organ = -1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic artery"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "and "));
+  trainee.health.tools[1].organ = 0;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "and " + trainee.names.organs[0]));
+}
+
 TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   Trainee trainee;
   trainee.to_free = 1;
