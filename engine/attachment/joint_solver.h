@@ -27,8 +27,8 @@ namespace hpdm {
 ///
 /// Most samples respond alike along all axes, so one root serves all three. Those that respond along
 /// one direction alone, or more stiffly there, have a column of C each. These come last: where samples
-/// only open or close, the rows of L above them stay. What stays and what is found anew has the same
-/// bits.
+/// only open or close, L keeps the rows above them. The result does not depend on which rows were kept,
+/// to the last bit.
 ///
 /// Copies continue to the last bit. Deformation thread; allocates nothing after its construction.
 class JointSolver {

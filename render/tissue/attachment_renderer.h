@@ -41,7 +41,7 @@ class AttachmentRenderer {
                 const Laparoscope& scope);
 
   /// Returns the point nearest to `p_W` on the fibres of this attachment that still hold; none if none does.
-  /// Of the damage that Follow() has taken.
+  /// It uses the damage that Follow() has taken.
   std::optional<Vector3d> NearestLeft(int attachment, const Vector3d& p_W,
                                       const SceneSnapshot& snapshot) const;
 

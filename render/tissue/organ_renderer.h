@@ -33,7 +33,7 @@ struct OrganVisual {
   double error_scale = 1e-3;          ///< Error with the overlay's last colour, m.
 };
 
-/// What the instruments take from the light on tissue.
+/// How the instruments shade the tissue.
 struct ToolShade {
   int tools = kMaxInstruments;  ///< Number of instruments in the scene.
   bool shadows = true;

@@ -138,7 +138,7 @@ TEST(JointSolver, ForcesAreThoseOfTheDenseStiffnessAtAnyDamage) {
   EXPECT_GT(closed, 5);
 }
 
-// What stays of the factor and what is found anew has the bits of a new factor.
+// A factor that keeps some rows equals a new one, to the last bit.
 TEST(JointSolver, ForcesDoNotDependOnTheWayToTheirDamage) {
   const LayeredBlocks blocks;
   AttachmentState state(blocks.joint);
