@@ -44,7 +44,7 @@ struct RealtimeReport {
   std::vector<std::string> Lines() const;
 };
 
-/// Stack that is touched before a loop starts. The deformation loop's calls take up to 600 KiB.
+/// Stack that is touched before a loop starts. The deformation loop's largest frames add up to 500 KiB.
 inline constexpr int kPrefaultBytes = 1024 * 1024;
 
 /// Makes the requests in `options`, each independently, and reports the answers.

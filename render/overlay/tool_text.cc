@@ -1,0 +1,249 @@
+#include "render/overlay/tool_text.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "engine/base/angle.h"
+#include "engine/exercise/duct_judge.h"
+#include "engine/mesh/closest_point.h"
+#include "render/overlay/status_lines.h"
+
+namespace hpdm {
+namespace {
+
+std::string OrganName(const StatusNames& names, int organ) {
+  const auto o = static_cast<std::size_t>(organ);
+  return o < names.organs.size() ? names.organs[o] : Format("organ %d", organ + 1);
+}
+
+// Adds a line with the reason if the guard limits the force.
+void AddGuardLine(std::uint32_t flags, std::vector<StatusLine>* lines) {
+  if ((flags & kGuardDeviceInvalid) != 0) {
+    lines->push_back({"device lost", Tone::kAlarm});
+  } else if ((flags & kGuardPaused) != 0) {
+    return;  // no patch is new and no force comes in a pause
+  } else if ((flags & kGuardDisabled) != 0) {
+    lines->push_back({"force off", Tone::kWarning});
+  } else if ((flags & kGuardStalePatch) != 0) {
+    lines->push_back({"simulation behind"});
+  } else if ((flags & kGuardClamped) != 0) {
+    lines->push_back({"device at its limit", Tone::kWarning});
+  }
+}
+
+bool HoldsOrgan(const SolvedContact& contact) {
+  return contact.kind == ContactKind::kGrasp && contact.organ >= 0;
+}
+
+// Returns the value of the instrument that a tool is; 0 or false if the names do not have it.
+template <class T>
+T OfInstrument(const std::vector<std::vector<T>>& values, int tool, int instrument_index) {
+  const auto t = static_cast<std::size_t>(tool), i = static_cast<std::size_t>(instrument_index);
+  return t < values.size() && i < values[t].size() ? T{values[t][i]} : T{};
+}
+
+struct NearestDuct {
+  std::size_t duct = 0;
+  double gap = std::numeric_limits<double>::infinity();  // m, from a point to its surface
+  Vector3d near_W = Vector3d::Zero();                    // on its axis
+};
+
+NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
+                          const StatusNames& names) {
+  NearestDuct nearest;
+  for (std::size_t d = 0; d < std::min(scene.ducts.size(), names.duct_radii.size()); ++d) {
+    const DuctSnapshot& duct = scene.ducts[d];
+    for (int i = 0; i + 1 < duct.nodes; ++i) {
+      if (duct.segments[ToSize(i)] == SegmentState::kGap) continue;
+      const Vector3d a_W = duct.nodes_W[ToSize(i)].cast<double>();
+      const Vector3d b_W = duct.nodes_W[ToSize(i + 1)].cast<double>();
+      const Vector3d near_W = a_W + ClosestOnSegment(p_W, a_W, b_W) * (b_W - a_W);
+      const double gap = (p_W - near_W).norm() - names.duct_radii[d];
+      if (gap < nearest.gap) nearest = {d, gap, near_W};
+    }
+  }
+  return nearest;
+}
+
+// m from which on the way to a target along the shaft is told, and the least share of it along the shaft.
+constexpr double kWayShown = 0.002, kAlongShaft = 0.7;
+
+// Returns "12 mm from bed", and which way along the shaft the bed is, if it lies ahead or behind.
+StatusLine GapLine(const ToolPose& pose, const Vector3d& from_W, const Vector3d& to_W, double gap,
+                   const std::string& target) {
+  const Vector3d way_W = to_W - from_W;
+  const double out = pose.X_WT.linear().col(2).dot(way_W);
+  const char* way = "";
+  if (gap >= kWayShown && std::abs(out) > kAlongShaft * way_W.norm()) {
+    way = out < 0 ? ": push in" : ": pull back";
+  }
+  return {Format("%.0f mm from ", 1e3 * std::max(0.0, gap)) + target + way, Tone::kDim};
+}
+
+// m up to which jaws that close on ducts are said to be near one.
+constexpr double kDuctShown = 0.06;
+// The same for a hook or scissors and the layer that the exercise asks to free.
+constexpr double kLayerShown = 0.04;
+
+// Returns how far an instrument is from its target: jaws that close on ducts, with their middle, from one, a
+// hook from the layer to free.
+std::optional<StatusLine> TargetLine(const Status& status, const StatusNames& names, int tool) {
+  const ToolPose& pose = status.scene.tools[tool];
+  if (const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index); jaws > 0) {
+    const Vector3d middle_W = pose.X_WT * Vector3d(0, 0, jaws / 2);
+    const auto [duct, gap, near_W] = NearestDuctTo(middle_W, status.scene, names);
+    if (gap < kDuctShown) return GapLine(pose, middle_W, near_W, gap, names.ducts[duct]);
+  }
+  if (const std::optional<Vector3d>& to_W = status.to_free_W[ToSize(tool)];
+      status.to_free >= 0 && to_W &&
+      OfInstrument(names.frees_layers, tool, pose.instrument_index)) {
+    const Vector3d tip_W = pose.X_WT.translation();
+    const double gap = (*to_W - tip_W).norm();
+    if (gap < kLayerShown) {
+      return GapLine(pose, tip_W, *to_W, gap, names.layers[ToSize(status.to_free)]);
+    }
+  }
+  return std::nullopt;
+}
+
+// Returns how deep the tip is in the organ that it presses.
+StatusLine DepthLine(const Status& status, const StatusNames& names, int tool) {
+  const SessionHealth::Tool& health = status.health.tools[tool];
+  return {Format("%.1f mm into ", 1e3 * health.depth) + OrganName(names, health.organ),
+          health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
+}
+
+// m: a press less deep does not hide what a hook burns.
+constexpr double kDepthShown = 0.001;
+
+// Adds what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm into
+// liver", "12 mm from liver", or "free" if no organ is near; and how far its target is.
+void AddContactLines(const Status& status, const StatusNames& names, int tool,
+                     std::vector<StatusLine>* lines) {
+  const SessionHealth::Tool& health = status.health.tools[tool];
+  const SolvedContact& contact = status.scene.contacts[tool];
+  if (HoldsOrgan(contact)) {
+    lines->push_back({"holds " + OrganName(names, contact.organ), Tone::kGood});
+    return;
+  }
+  const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
+  if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
+    const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
+    lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": not yet"),
+                      wanted ? Tone::kGood : Tone::kWarning});
+    if (health.organ >= 0 && health.depth > kDepthShown) {
+      lines->push_back(DepthLine(status, names, tool));
+      lines->back().tone = std::max(lines->back().tone, Tone::kWarning);
+    }
+    return;
+  }
+  const std::optional<StatusLine> target = TargetLine(status, names, tool);
+  if (health.organ >= 0) lines->push_back(DepthLine(status, names, tool));
+  if (target) lines->push_back(*target);
+  if (target || health.organ >= 0) return;
+  if (contact.organ < 0) {
+    lines->push_back({"free", Tone::kDim});
+    return;
+  }
+  const ToolPose& pose = status.scene.tools[tool];
+  const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
+                          OfInstrument(names.tip_radii, tool, pose.instrument_index);
+  lines->push_back(
+      {Format("%.0f mm from ", 1e3 * std::max(0.0, distance)) + OrganName(names, contact.organ),
+       Tone::kDim});
+}
+
+// s for which a closing that found no duct is shown, and m up to which it was near one.
+constexpr double kMissShown = 6, kMissNear = 0.015;
+
+// rad: a roll that hardly changes a clip.
+constexpr double kLittleRoll = 5 * kDegree;
+
+// Adds the duct between the open jaws of a clip applier and how a clip would lie on it.
+void AddClipAhead(const Status& status, const StatusNames& names, int tool,
+                  std::vector<StatusLine>* lines) {
+  const ToolReadout& readout = status.scene.readouts[tool];
+  const DuctAction& clip = readout.clip_ahead;
+  const auto duct = static_cast<std::size_t>(clip.duct);
+  if (clip.duct < 0 || duct >= names.ducts.size()) return;
+  lines->push_back({"in jaws: " + names.ducts[duct], Tone::kGood});
+  if (readout.clips_left < 0) {  // scissors cut at any angle, and what they reach into
+    const int organ = status.health.tools[tool].organ;
+    if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
+    return;
+  }
+  if (clip.coverage < DuctJudge::kLeastCoverage) {
+    const ToolPose& pose = status.scene.tools[tool];
+    const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
+    const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
+    lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
+  }
+  if (const double gap = readout.clip_gap - DuctJudge::kClipWidth; gap < DuctJudge::kLeastGap) {
+    lines->push_back({Format("%.1f mm from a clip: %g needed", 1e3 * std::max(0.0, gap),
+                             1e3 * DuctJudge::kLeastGap),
+                      Tone::kWarning});
+  }
+  const double angle = clip.angle / kDegree, roll = readout.clip_roll;
+  if (std::abs(roll) >= kLittleRoll) {
+    lines->push_back({Format("%.0f\u00b0 oblique: roll %.0f\u00b0, %s", angle,
+                             std::abs(roll) / kDegree, roll > 0 ? "e" : "q"),
+                      clip.angle > kClipAngle ? Tone::kWarning : Tone::kPlain});
+  } else if (clip.angle > kClipAngle) {
+    lines->push_back(
+        {Format("%.0f\u00b0 oblique: turn the tube, other hand", angle), Tone::kWarning});
+  } else {
+    lines->push_back({Format("%.0f\u00b0 oblique: good", angle), Tone::kGood});
+  }
+}
+
+// Adds what a clip applier's magazine holds, and what jaws have just missed.
+void AddReadout(const Status& status, const StatusNames& names, int tool,
+                std::vector<StatusLine>* lines) {
+  const ToolReadout& readout = status.scene.readouts[tool];
+  if (readout.closed_empty) {
+    lines->push_back({"empty: exchange it for a full one (x)", Tone::kAlarm});
+  } else if (readout.clips_left >= 0) {
+    lines->push_back({Format("clips left: %d", readout.clips_left),
+                      readout.clips_left == 0 ? Tone::kWarning : Tone::kPlain});
+  }
+  AddClipAhead(status, names, tool, lines);
+  const auto duct = static_cast<std::size_t>(readout.missed_duct);
+  const double age = ToSeconds(status.scene.step.time_ns - readout.missed_ns);
+  if (readout.missed_duct < 0 || duct >= names.ducts.size() || age > kMissShown ||
+      readout.missed_by > kMissNear) {
+    return;
+  }
+  lines->push_back({"no duct between jaws:", Tone::kWarning});
+  lines->push_back(
+      {Format("%.0f mm from ", 1e3 * readout.missed_by) + names.ducts[duct], Tone::kWarning});
+}
+
+}  // namespace
+
+std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names, int tool) {
+  const SessionHealth::Tool& health = status.health.tools[tool];
+  const bool active = status.view.window_width > 0 && tool == status.view.active_instrument;
+  std::vector<StatusLine> lines;
+  AddGuardLine(health.guard_flags, &lines);
+  lines.push_back({(active ? "\u25b8 " : "") +
+                       InstrumentName(names, tool, status.scene.tools[tool].instrument_index),
+                   active ? Tone::kGood : Tone::kPlain});
+  if (status.outside[static_cast<std::size_t>(tool)]) {
+    lines.push_back({"outside the picture", active ? Tone::kWarning : Tone::kDim});
+    if (active && !HoldsOrgan(status.scene.contacts[tool])) {
+      lines.push_back({"wheel up brings it in", Tone::kWarning});
+    }
+  }
+  AddReadout(status, names, tool, &lines);
+  AddContactLines(status, names, tool, &lines);
+  const double force = health.force_W.norm(), limit = status.limits.force;
+  lines.push_back({Format("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
+                   std::clamp(force / (kBarLimits * limit), 0.0, 1.0)});
+  lines.push_back({Format("peak %.2f N", health.peak_force), Tone::kDim});
+  return lines;
+}
+
+}  // namespace hpdm
