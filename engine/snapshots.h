@@ -198,8 +198,7 @@ struct ToolReadout {
   /// frame would make it as square as it can be, rad.
   DuctAction clip_ahead;
   double clip_roll = 0;
-  /// m along the duct from the middle of clip_ahead to that of the nearest clip; infinity without one.
-  double clip_gap = std::numeric_limits<double>::infinity();
+  ClipsBeside clips_beside;  ///< Of clip_ahead.
 };
 
 /// Deformation loop -> render loop and -> telemetry loop, latest value, every step.

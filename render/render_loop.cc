@@ -229,10 +229,9 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
         p.head<2>() - 0.5 * Eigen::Vector2d(scope_.width(), scope_.height());
     status.outside[t] = from_middle.norm() > scope_.circle_radius_px();
   }
-  status.to_free = Guide().attachment;
-  for (std::size_t t = 0; t < ToSize(snapshot.tool_count) && status.to_free >= 0; ++t) {
-    status.to_free_W[t] =
-        drawing_->view.NearestLeft(status.to_free, snapshot.tools[t].X_WT.translation(), snapshot);
+  if (guide_) {
+    status.to_free = guide_->attachment;
+    status.to_free_W = guide_->nearest_W;
   }
   status.optics_turn = OpticsTurn(first_scope_, scope_);
   status.optics_changed = settings_.scope.angle - first_angle_;
@@ -240,14 +239,25 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
 }
 
 // With the text overlay only: recorded pictures without it stay clean.
-FreeingGuide RenderLoop::Guide() const {
+std::optional<FreeingGuide> RenderLoop::Guide(const SceneSnapshot& snapshot) const {
+  const StatusNames& names = options_.names;
   const bool wanted = settings_.guidance && (settings_.overlays & kOverlayText) != 0;
-  if (!wanted || edges_.health == nullptr || !options_.names.exercise) return {};
+  if (!wanted || edges_.health == nullptr || !names.exercise) return std::nullopt;
   const ExerciseStatus& status = edges_.health->Front().exercise;
-  const auto& steps = options_.names.exercise->steps;
-  if (!status.present || status.ended || ToSize(status.step) >= steps.size()) return {};
-  return {steps[ToSize(status.step)].frees.value_or(-1),
-          ColourOf(Tone::kGood, options_.palette).head<3>()};
+  const auto& steps = names.exercise->steps;
+  if (!status.present || status.ended || ToSize(status.step) >= steps.size()) return std::nullopt;
+  const std::optional<int> frees = steps[ToSize(status.step)].frees;
+  if (!frees) return std::nullopt;
+  FreeingGuide guide{*frees, ColourOf(Tone::kGood, options_.palette).head<3>()};
+  for (std::size_t t = 0; t < ToSize(snapshot.tool_count) && t < names.frees_layers.size(); ++t) {
+    const ToolPose& pose = snapshot.tools[t];
+    const auto instrument = ToSize(pose.instrument_index);
+    const std::vector<bool>& can_free = names.frees_layers[t];
+    if (instrument < can_free.size() && can_free[instrument]) {
+      guide.tips_W[t] = pose.X_WT.translation();
+    }
+  }
+  return guide;
 }
 
 // Throws MachineError if the text cannot be drawn in a new size.
@@ -257,7 +267,8 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
     drawing_->target.Bind();
-    drawing_->view.Draw(snapshot, scope_, settings_.overlays, Guide());
+    guide_ = Guide(snapshot);
+    drawing_->view.Draw(snapshot, scope_, settings_.overlays, guide_ ? &*guide_ : nullptr);
     drawing_->target.Resolve(scope_);
     drawing_->view.DrawScales(settings_.overlays);
     // Without the text overlay the notices are for the screen alone, so that recorded pictures stay

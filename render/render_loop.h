@@ -157,7 +157,7 @@ class RenderLoop {
 
   void TakeSettings();
   StatusText TextOf(const SceneSnapshot& snapshot);
-  FreeingGuide Guide() const;
+  std::optional<FreeingGuide> Guide(const SceneSnapshot& snapshot) const;
   void DrawNewest(const SceneSnapshot& snapshot);
   void KeepDeepest(const SceneSnapshot& snapshot);
   void KeepFiles(Nanoseconds time_ns);
@@ -178,6 +178,7 @@ class RenderLoop {
   ViewSettings settings_;
   std::vector<PointsF> rest_;  // per organ, V x 3
   std::unique_ptr<Drawing> drawing_;
+  std::optional<FreeingGuide> guide_;  // of the newest picture
   FrameRate frame_rate_;
   std::optional<FrameSink> sink_;
   Image image_;

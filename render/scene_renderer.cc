@@ -46,7 +46,7 @@ SceneRenderer::SceneRenderer(const std::vector<OrganVisual>& organs,
 }
 
 void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope,
-                         std::uint32_t overlays, const FreeingGuide& guide) {
+                         std::uint32_t overlays, FreeingGuide* guide) {
   FrameUniforms frame = ScopeUniforms(scope);
   instruments_.AddTo(snapshot, &frame);
   frame_.Upload(frame);
@@ -74,16 +74,8 @@ void SceneRenderer::Draw(const SceneSnapshot& snapshot, const Laparoscope& scope
   cavity_.Draw(scope);
   if (attachments_) attachments_->Draw(snapshot, scope);
   smoke_.Draw(snapshot, scope);
-  if (attachments_ && guide.attachment >= 0) {
-    attachments_->DrawLeft(guide.attachment, guide.colour, snapshot, scope);
-  }
+  if (attachments_ && guide != nullptr) attachments_->DrawLeft(snapshot, scope, guide);
   if (overlays != 0) overlays_.Draw(snapshot, scope, overlays, &organs_);
-}
-
-std::optional<Vector3d> SceneRenderer::NearestLeft(int attachment, const Vector3d& p_W,
-                                                   const SceneSnapshot& snapshot) const {
-  if (!attachments_) return std::nullopt;
-  return attachments_->NearestLeft(attachment, p_W, snapshot);
 }
 
 // Gives the organs' meshes the surfaces that layers have left raw and hooks charred.

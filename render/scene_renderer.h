@@ -27,12 +27,6 @@ struct SceneRendererOptions {
   bool levels = true;     ///< Fewer triangles for organs that are small (mesh_levels.h).
 };
 
-/// The attachment that an exercise asks to free next. Dots mark what is left of it.
-struct FreeingGuide {
-  int attachment = -1;  ///< By its index in the scene; -1: none.
-  Colour colour = Colour::Ones();
-};
-
 /// Draws a whole scene into the bound framebuffer, for pictures and windows alike. Render thread
 /// only, from construction to destruction.
 class SceneRenderer {
@@ -48,14 +42,10 @@ class SceneRenderer {
 
   /// Draws the snapshot as the scope sees it, into a viewport of the scope's picture size. Ignores
   /// organs and tools beyond those given at construction; fewer organs or another vertex count is
-  /// a bug. `overlays`: Overlay (view_settings.h), or-ed. Allocates nothing without overlays.
+  /// a bug. `overlays`: Overlay (view_settings.h), or-ed. `guide` (may be null) is drawn, and its nearest
+  /// points are set. Allocates nothing without overlays.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope, std::uint32_t overlays = 0,
-            const FreeingGuide& guide = {});
-
-  /// Returns the point nearest to `p_W` on the fibres of an attachment that still hold, as the last Draw()
-  /// drew them; none if none does.
-  std::optional<Vector3d> NearestLeft(int attachment, const Vector3d& p_W,
-                                      const SceneSnapshot& snapshot) const;
+            FreeingGuide* guide = nullptr);
 
   /// Clears the depth and draws that of one organ alone, as the last Draw() did.
   void DrawDepthOf(std::size_t organ) const;

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <limits>
 
 #include "engine/base/types.h"
 
@@ -41,6 +42,13 @@ struct DuctAction {
   double coverage = 0;
   Vector3d place_W =
       Vector3d::Zero();  ///< m: of the duct between the jaws; of a lost clip the tip.
+};
+
+/// The clips beside a place on a duct.
+struct ClipsBeside {
+  /// m along the duct at rest to the middle of the nearest clip; infinity without one.
+  double gap = std::numeric_limits<double>::infinity();
+  int before = 0, after = 0;  ///< How many lie towards the duct's end a and its end b.
 };
 
 /// The duct that is nearest to an energised hook in one step.

@@ -3,7 +3,6 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 namespace hpdm {
@@ -138,12 +137,13 @@ bool DuctState::Clip(double arc) {
   return false;
 }
 
-double DuctState::ToNearestClip(double arc) const {
-  double least = std::numeric_limits<double>::infinity();
+ClipsBeside DuctState::ClipsBesideOf(double arc) const {
+  ClipsBeside beside;
   for (std::size_t c = 0; c < ToSize(clips_); ++c) {
-    least = std::min(least, std::abs(clip_arcs_[c] - arc));
+    beside.gap = std::min(beside.gap, std::abs(clip_arcs_[c] - arc));
+    ++(clip_arcs_[c] < arc ? beside.before : beside.after);
   }
-  return least;
+  return beside;
 }
 
 int DuctState::Cut(double arc) {

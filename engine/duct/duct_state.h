@@ -66,9 +66,8 @@ class DuctState {
   };
   HeldStiffness StiffnessOf(int node);
   int clips() const { return clips_; }
-  /// Returns the way along the duct at rest from a place to the middle of the nearest clip, m; infinity
-  /// without a clip.
-  double ToNearestClip(double arc) const;
+  /// Returns the clips on both sides of a place (m along the duct at rest).
+  ClipsBeside ClipsBesideOf(double arc) const;
 
   DuctOutcome Outcome() const;
   void FillSnapshot(DuctSnapshot* snapshot) const { *snapshot = SnapshotOf(rod_); }

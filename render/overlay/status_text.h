@@ -41,8 +41,8 @@ struct Status {
   const PictureMarks* marks = nullptr;  ///< Of a teacher; null: none.
   /// Where each tool's tip is, 0..1 of the picture from its left and top. None: it is behind the lens.
   std::array<std::optional<Eigen::Vector2d>, kMaxInstruments> tips = {};
-  /// Attachment that the exercise asks to free next, -1: none; and what is left of it nearest to each
-  /// tool's tip.
+  /// Attachment that the exercise asks to free next, -1: none; and what is left of it nearest to the tip of
+  /// each tool that frees layers.
   int to_free = -1;
   std::array<std::optional<Vector3d>, kMaxInstruments> to_free_W = {};
   double aspect = 4.0 / 3;                      ///< Width of the picture over its height.

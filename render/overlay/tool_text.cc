@@ -68,45 +68,58 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
   return nearest;
 }
 
-// m from which on the way to a target along the shaft is told, and the least share of it along the shaft.
-constexpr double kWayShown = 0.002, kAlongShaft = 0.7;
+// m from which on the way to a target is told, and the least share of it that is.
+constexpr double kWayShown = 0.002, kLeastShare = 0.4;
 
-// Returns "12 mm from bed", and which way along the shaft the bed is, if it lies ahead or behind.
-StatusLine GapLine(const ToolPose& pose, const Vector3d& from_W, const Vector3d& to_W, double gap,
-                   const std::string& target) {
-  const Vector3d way_W = to_W - from_W;
-  const double out = pose.X_WT.linear().col(2).dot(way_W);
-  const char* way = "";
-  if (gap >= kWayShown && std::abs(out) > kAlongShaft * way_W.norm()) {
-    way = out < 0 ? ": push in" : ": pull back";
+// Returns how the hand moves the tip by `way_W` (m): "push in, left", with the picture's sides.
+std::string WayText(const ToolPose& pose, const Isometry3d& X_WC, const Vector3d& way_W) {
+  const Vector3d out_W = pose.X_WT.linear().col(2);
+  const double out = out_W.dot(way_W), least = kLeastShare * way_W.norm();
+  const Vector3d beside_C = X_WC.linear().transpose() * (way_W - out * out_W);
+  std::string way;
+  if (std::abs(out) > least) way = out < 0 ? "push in" : "pull back";
+  const double x = beside_C.x(), y = beside_C.y();
+  if (std::max(std::abs(x), std::abs(y)) > least) {
+    way += way.empty() ? "" : ", ";
+    way += std::abs(x) > std::abs(y) ? (x < 0 ? "left" : "right") : (y < 0 ? "down" : "up");
   }
-  return {Format("%.0f mm from ", 1e3 * std::max(0.0, gap)) + target + way, Tone::kDim};
+  return way;
+}
+
+// Adds "to cystic duct" and "12 mm: push in, left": two short lines fit beside the guidance.
+void AddWayLines(const Status& status, int tool, const Vector3d& from_W, const Vector3d& to_W,
+                 double gap, const std::string& target, std::vector<StatusLine>* lines) {
+  lines->push_back({"to " + target, Tone::kDim});
+  std::string way;
+  if (gap >= kWayShown) way = WayText(status.scene.tools[tool], status.X_WC, to_W - from_W);
+  lines->push_back(
+      {Format("%.0f mm", 1e3 * std::max(0.0, gap)) + (way.empty() ? "" : ": ") + way, Tone::kDim});
 }
 
 // m up to which jaws that close on ducts are said to be near one.
 constexpr double kDuctShown = 0.06;
-// The same for a hook or scissors and the layer that the exercise asks to free.
-constexpr double kLayerShown = 0.04;
 
-// Returns how far an instrument is from its target: jaws that close on ducts, with their middle, from one, a
-// hook from the layer to free.
-std::optional<StatusLine> TargetLine(const Status& status, const StatusNames& names, int tool) {
+// Adds how far an instrument is from its target: jaws that close on ducts, with their middle, from one, a hook
+// from the layer to free. False without a target.
+bool AddTargetLines(const Status& status, const StatusNames& names, int tool,
+                    std::vector<StatusLine>* lines) {
   const ToolPose& pose = status.scene.tools[tool];
   if (const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index); jaws > 0) {
     const Vector3d middle_W = pose.X_WT * Vector3d(0, 0, jaws / 2);
     const auto [duct, gap, near_W] = NearestDuctTo(middle_W, status.scene, names);
-    if (gap < kDuctShown) return GapLine(pose, middle_W, near_W, gap, names.ducts[duct]);
-  }
-  if (const std::optional<Vector3d>& to_W = status.to_free_W[ToSize(tool)];
-      status.to_free >= 0 && to_W &&
-      OfInstrument(names.frees_layers, tool, pose.instrument_index)) {
-    const Vector3d tip_W = pose.X_WT.translation();
-    const double gap = (*to_W - tip_W).norm();
-    if (gap < kLayerShown) {
-      return GapLine(pose, tip_W, *to_W, gap, names.layers[ToSize(status.to_free)]);
+    if (gap < kDuctShown) {
+      AddWayLines(status, tool, middle_W, near_W, gap, names.ducts[duct], lines);
+      return true;
     }
   }
-  return std::nullopt;
+  if (const std::optional<Vector3d>& to_W = status.to_free_W[ToSize(tool)];
+      status.to_free >= 0 && to_W) {
+    const Vector3d tip_W = pose.X_WT.translation();
+    AddWayLines(status, tool, tip_W, *to_W, (*to_W - tip_W).norm(),
+                names.layers[ToSize(status.to_free)], lines);
+    return true;
+  }
+  return false;
 }
 
 // Returns how deep the tip is in the organ that it presses.
@@ -138,12 +151,11 @@ void AddContactLines(const Status& status, const StatusNames& names, int tool,
       lines->push_back(DepthLine(status, names, tool));
       lines->back().tone = std::max(lines->back().tone, Tone::kWarning);
     }
+    if (!wanted) AddTargetLines(status, names, tool, lines);
     return;
   }
-  const std::optional<StatusLine> target = TargetLine(status, names, tool);
   if (health.organ >= 0) lines->push_back(DepthLine(status, names, tool));
-  if (target) lines->push_back(*target);
-  if (target || health.organ >= 0) return;
+  if (AddTargetLines(status, names, tool, lines) || health.organ >= 0) return;
   if (contact.organ < 0) {
     lines->push_back({"free", Tone::kDim});
     return;
@@ -173,6 +185,11 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
   if (readout.clips_left < 0) {  // scissors cut at any angle, and what they reach into
     const int organ = status.health.tools[tool].organ;
     if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
+    const auto& [gap, before, after] = readout.clips_beside;
+    const int stay = names.exercise ? names.exercise->clips_that_stay : kClipsThatStay;
+    const bool closed = std::min(before, after) >= 1 && std::max(before, after) >= stay;
+    lines->push_back(
+        {Format("clips beside: %d and %d", before, after), closed ? Tone::kGood : Tone::kWarning});
     return;
   }
   if (clip.coverage < DuctJudge::kLeastCoverage) {
@@ -181,7 +198,8 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
     const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
     lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
   }
-  if (const double gap = readout.clip_gap - DuctJudge::kClipWidth; gap < DuctJudge::kLeastGap) {
+  if (const double gap = readout.clips_beside.gap - DuctJudge::kClipWidth;
+      gap < DuctJudge::kLeastGap) {
     lines->push_back({Format("%.1f mm from a clip: %g needed", 1e3 * std::max(0.0, gap),
                              1e3 * DuctJudge::kLeastGap),
                       Tone::kWarning});

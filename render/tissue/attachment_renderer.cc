@@ -20,6 +20,8 @@ constexpr double kStripOverlap = 1.3;
 constexpr double kLeastLeafOpacity = 0.10, kMostLeafOpacity = 0.42;
 constexpr double kLeastStretch = 5e-4;  // m: shorter fibres are hidden between the surfaces
 constexpr double kDotRadius = 0.0005;   // m, of what is left to free
+constexpr double kLeastDot = 1.5, kMostDot = 6;  // px
+constexpr float kLineRadius = 1;                 // px, at an instrument's tip
 constexpr float kDotOpacity = 0.8f, kDotHidden = 0.5f;
 // Damage at which a surface begins to look raw.
 constexpr float kRawFrom = 0.5f;
@@ -157,37 +159,38 @@ void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const 
   }
 }
 
-std::optional<Vector3d> AttachmentRenderer::NearestLeft(int attachment, const Vector3d& p_W,
-                                                        const SceneSnapshot& snapshot) const {
-  std::optional<Vector3d> nearest_W;
-  double least = std::numeric_limits<double>::infinity();
+void AttachmentRenderer::DrawLeft(const SceneSnapshot& snapshot, const Laparoscope& scope,
+                                  FreeingGuide* guide) {
+  fibres_.clear();
+  guide->nearest_W = {};
+  std::array<double, kMaxInstruments> least;
+  least.fill(std::numeric_limits<double>::infinity());
+  const auto add = [&](const Vector3d& from_W, const Vector3d& to_W) {
+    const double px = kDotRadius * scope.MostPixelsPerMetre(to_W, to_W);
+    const auto radius = static_cast<float>(std::clamp(px, kLeastDot, kMostDot));
+    const float radius_a = from_W == to_W ? radius : kLineRadius;
+    fibres_.push_back(
+        {from_W.cast<float>(), radius_a, to_W.cast<float>(), radius, guide->colour, kDotOpacity});
+  };
   for (const Layer& layer : layers_) {
-    if (layer.visual.bed->index != attachment) continue;
+    if (layer.visual.bed->index != guide->attachment) continue;
     for (std::size_t i = 0; i < layer.damage.size(); ++i) {
       if (layer.damage[i] >= 1) continue;
       const Vector3d a_W = EndOf(layer, 0, i, snapshot), b_W = EndOf(layer, 1, i, snapshot);
-      const Vector3d near_W = a_W + ClosestOnSegment(p_W, a_W, b_W) * (b_W - a_W);
-      if ((p_W - near_W).norm() >= least) continue;
-      least = (p_W - near_W).norm();
-      nearest_W = near_W;
+      const Vector3d middle_W = (a_W + b_W) / 2;
+      add(middle_W, middle_W);
+      for (std::size_t t = 0; t < kMaxInstruments; ++t) {
+        if (!guide->tips_W[t]) continue;
+        const Vector3d& tip_W = *guide->tips_W[t];
+        const Vector3d near_W = a_W + ClosestOnSegment(tip_W, a_W, b_W) * (b_W - a_W);
+        if ((tip_W - near_W).norm() >= least[t]) continue;
+        least[t] = (tip_W - near_W).norm();
+        guide->nearest_W[t] = near_W;
+      }
     }
   }
-  return nearest_W;
-}
-
-void AttachmentRenderer::DrawLeft(int attachment, const Colour& colour,
-                                  const SceneSnapshot& snapshot, const Laparoscope& scope) {
-  fibres_.clear();
-  for (const Layer& layer : layers_) {
-    if (layer.visual.bed->index != attachment) continue;
-    for (std::size_t i = 0; i < layer.damage.size(); ++i) {
-      if (layer.damage[i] >= 1) continue;
-      const Vector3d middle_W = (EndOf(layer, 0, i, snapshot) + EndOf(layer, 1, i, snapshot)) / 2;
-      const double px = kDotRadius * scope.MostPixelsPerMetre(middle_W, middle_W);
-      const auto radius = static_cast<float>(std::clamp(px, 1.5, 6.0));
-      const Eigen::Vector3f at_W = middle_W.cast<float>();
-      fibres_.push_back({at_W, radius, at_W, radius, colour, kDotOpacity});
-    }
+  for (std::size_t t = 0; t < kMaxInstruments; ++t) {
+    if (guide->nearest_W[t]) add(*guide->tips_W[t], *guide->nearest_W[t]);
   }
   mark_renderer_.Draw(fibres_, kDotHidden, Laparoscope::kFar);
 }

@@ -18,6 +18,16 @@ struct AttachmentVisual {
   std::array<int, 2> organs{};  ///< a and b, by their index in the snapshot.
 };
 
+/// What an exercise asks to free next, for DrawLeft().
+struct FreeingGuide {
+  int attachment = -1;  ///< By its index in the scene; -1: none.
+  Colour colour = Colour::Ones();
+  /// The tips of the instruments that can free it, m.
+  std::array<std::optional<Vector3d>, kMaxInstruments> tips_W = {};
+  /// Output: the point nearest to each tip on the fibres that still hold; none if none does.
+  std::array<std::optional<Vector3d>, kMaxInstruments> nearest_W = {};
+};
+
 /// Draws the layers of attachments: fibres where a layer holds and its surfaces have moved apart, which
 /// turn white before they tear, and a raw surface on both organs where it has torn, charred where it
 /// was burnt. A leaf is drawn as a sheet of fibres wherever it holds. Render thread only.
@@ -35,15 +45,9 @@ class AttachmentRenderer {
 
   /// Draws the fibres into a picture that has just been drawn of `snapshot`.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope);
-  /// Draws a dot wherever the layer of the attachment with this index still holds, fainter where it is
-  /// hidden.
-  void DrawLeft(int attachment, const Colour& colour, const SceneSnapshot& snapshot,
-                const Laparoscope& scope);
-
-  /// Returns the point nearest to `p_W` on the fibres of this attachment that still hold; none if none does.
-  /// It uses the damage that Follow() has taken.
-  std::optional<Vector3d> NearestLeft(int attachment, const Vector3d& p_W,
-                                      const SceneSnapshot& snapshot) const;
+  /// Draws a dot wherever the layer of the guide's attachment still holds, and a line from each tip to the
+  /// nearest point on its fibres, which it keeps in the guide. Hidden parts are fainter.
+  void DrawLeft(const SceneSnapshot& snapshot, const Laparoscope& scope, FreeingGuide* guide);
 
  private:
   struct Layer {

@@ -385,6 +385,26 @@ TEST(DuctActions, ACutIsRecordedAtItsNode) {
   EXPECT_NEAR(blocks.action().length, kLength, 1e-12);
 }
 
+TEST(DuctActions, OpenJawsTellTheClipsOnBothSides) {
+  JoinedBlocks blocks(ClipApplier(3));
+  const auto put = [&](double height) {
+    blocks.Step(JoinedBlocks::Jaws(height, 1));
+    blocks.Step(JoinedBlocks::Jaws(height, 0.05));
+  };
+  blocks.Step(JoinedBlocks::Jaws(0.012, 1), 2);
+  EXPECT_TRUE(std::isinf(blocks.Readout().clips_beside.gap)) << "no clip yet";
+  put(0.006);
+  put(0.018);
+  blocks.Step(JoinedBlocks::Jaws(0.0145, 1), 2);
+  const ClipsBeside between = blocks.Readout().clips_beside;
+  EXPECT_NEAR(between.gap, 0.0035, 5e-4);
+  EXPECT_EQ(between.before, 1);
+  EXPECT_EQ(between.after, 1);
+  blocks.Step(JoinedBlocks::Jaws(0.003, 1), 2);
+  EXPECT_EQ(blocks.Readout().clips_beside.before, 0);
+  EXPECT_EQ(blocks.Readout().clips_beside.after, 2);
+}
+
 TEST(DuctActions, AnApplierLosesItsClipBesideTheDuctAndOnAClip) {
   const Vector3d beside(0, 0.012, 0);
   JoinedBlocks blocks(ClipApplier(3));

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "engine/base/angle.h"
+#include "engine/base/format.h"
 #include "render/overlay/status_text.h"
 #include "render/overlay/text_layout.h"
 
@@ -37,13 +38,12 @@ struct Trainee {
   }
   StatusText Text() const {
     Status status{.view = view, .health = health, .scene = scene};
+    status.X_WC = X_WC;
     status.outside = outside;
     status.optics_turn = optics_turn;
     status.optics_changed = optics_changed;
     status.to_free = to_free;
-    for (std::size_t t = 0; t < kMaxInstruments && to_free >= 0; ++t) {
-      status.to_free_W[t] = scene.tools[t].X_WT * to_free_T;
-    }
+    if (to_free >= 0) status.to_free_W[1] = scene.tools[1].X_WT * to_free_T;
     return MakeStatusText(status, names);
   }
 
@@ -54,6 +54,7 @@ struct Trainee {
   std::array<bool, kMaxInstruments> outside{};
   double optics_turn = 0, optics_changed = 0;
   int to_free = -1;
+  Isometry3d X_WC = Isometry3d::Identity();
   Vector3d to_free_T = Vector3d::Zero();  // m
 };
 
@@ -173,7 +174,7 @@ TEST(TraineeText, TheKeysStandAlone) {
   EXPECT_TRUE(text.guidance.empty() && text.tools[0].empty());
   for (const char* said :
        {"up: push it in", "close the jaws while held", "keep them closed",
-        "shows or hides the guidance; dots: what is still to be freed", "next overlay:", "Home|"}) {
+        "shows or hides the guidance: what is still to be freed", "next overlay:", "Home|"}) {
     EXPECT_TRUE(Shows(text.banner, said)) << said;
   }
   // The page fits on small and large pictures.
@@ -248,9 +249,9 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the tube, other hand"))
       << "no roll helps";
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "no clip yet";
-  readout.clip_gap = 0.0024;  // between the middles of clips of 1 mm
+  readout.clips_beside.gap = 0.0024;  // between the middles of clips of 1 mm
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "1.4 mm from a clip: 2 needed"));
-  readout.clip_gap = 0.0031;
+  readout.clips_beside.gap = 0.0031;
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip"));
   readout.clips_left = -1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct"));
@@ -270,9 +271,10 @@ TEST(TraineeText, JawsForDuctsTellHowFarTheNearestDuctIs) {
     duct.nodes_W[0] = {x, -0.05f, 0.005f};
     duct.nodes_W[1] = {x, 0.05f, 0.005f};
   }
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "18 mm from cystic duct")) << "from the jaws' middle";
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "to cystic duct"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "18 mm: right")) << "from the jaws' middle";
   trainee.scene.ducts[0].segments[0] = SegmentState::kGap;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "29 mm from cystic artery"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "29 mm: right"));
   trainee.scene.ducts[1].nodes_W[0].x() = trainee.scene.ducts[1].nodes_W[1].x() = 0.08f;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));
 }
@@ -346,13 +348,13 @@ TEST(TraineeText, AHookInALayerAlsoSaysHowDeepItIsInAnOrgan) {
 
 TEST(TraineeText, AnInstrumentThatPressesAnOrganStillSaysHowFarItsTargetIs) {
   Trainee trainee;
-  trainee.names.frees_layers = {{false}, {true, false, true, false}};
   trainee.health.tools[1].organ = 0;
   trainee.health.tools[1].depth = 0.002;
   trainee.to_free = 1;
   trainee.to_free_T = Vector3d(0, 0, 0.008);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "2.0 mm into"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "8 mm from bed: pull back"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "8 mm: pull back"));
 }
 
 TEST(TraineeText, ScissorsNameTheOrganThatTheyWouldCutWithADuct) {
@@ -361,31 +363,55 @@ TEST(TraineeText, ScissorsNameTheOrganThatTheyWouldCutWithADuct) {
   trainee.scene.readouts[1].clips_left = -1;
   trainee.health.tools[1].organ = -1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic artery"));
-  EXPECT_FALSE(Shows(trainee.Text().tools[1], "and "));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "and " + trainee.names.organs[0]));
   trainee.health.tools[1].organ = 0;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "and " + trainee.names.organs[0]));
+}
+
+TEST(TraineeText, ScissorsTellHowManyClipsAreOnBothSidesOfTheCut) {
+  Trainee trainee;
+  trainee.scene.readouts[1].clip_ahead.duct = 1;
+  trainee.scene.readouts[1].clips_left = -1;
+  const auto tone = [&](int before, int after) {
+    trainee.scene.readouts[1].clips_beside.before = before;
+    trainee.scene.readouts[1].clips_beside.after = after;
+    for (const StatusLine& line : trainee.Text().tools[1]) {
+      if (line.text == Format("clips beside: %d and %d", before, after)) return line.tone;
+    }
+    return Tone::kAlarm;
+  };
+  EXPECT_EQ(tone(1, 2), Tone::kGood);
+  EXPECT_EQ(tone(2, 1), Tone::kGood);
+  EXPECT_EQ(tone(1, 1), Tone::kWarning) << "two stay in the body";
+  EXPECT_EQ(tone(3, 0), Tone::kWarning);
 }
 
 TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   Trainee trainee;
   trainee.to_free = 1;
   trainee.to_free_T = Vector3d(0.0123, 0, 0);
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "free")) << "not known as a hook";
-  trainee.names.frees_layers = {{false}, {true, false, true, false}};
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "12 mm from bed"));
-  EXPECT_FALSE(Shows(trainee.Text().tools[1], "pull")) << "beside the tip";
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "12 mm: right"));
   trainee.to_free_T = Vector3d(0.003, 0, 0.009);
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm from bed: pull back")) << "up the shaft";
-  trainee.to_free_T.z() *= -1;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm from bed: push in"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm: pull back")) << "up the shaft";
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "right")) << "hardly";
+  trainee.to_free_T = Vector3d(0.002, -0.006, -0.007);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm: push in, down"));
+  trainee.scene.tools[1].X_WT.linear() =
+      Eigen::AngleAxisd(EIGEN_PI / 2, Vector3d::UnitZ()).toRotationMatrix();
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm: push in, right")) << "a sideways tool";
+  trainee.X_WC.linear() = trainee.scene.tools[1].X_WT.linear();
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm: push in, down")) << "and its picture";
   trainee.to_free_T = Vector3d(0, 0, -0.0012);
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in")) << "there already";
   EXPECT_TRUE(Shows(trainee.Text().tools[0], "free")) << "a grasper";
   trainee.scene.readouts[1].layer = 0;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: not yet"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = 1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "not yet"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = -1;
   trainee.to_free = -1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free")) << "nothing to free";

@@ -61,7 +61,7 @@ class LiftedBlock : public testing::Test {
 
   void SetDamage(float damage) { scene_.damage[0].assign(scene_.damage[0].size(), damage); }
 
-  Image Picture(bool with_layer, const FreeingGuide& guide = {}) {
+  Image Picture(bool with_layer, std::optional<FreeingGuide> guide = {}) {
     LaparoscopeOptions options;
     options.p_scope_W = Vector3d(0, -0.12, 0.05);
     options.p_target_W = Vector3d(0, -0.01, 0.005);
@@ -74,7 +74,7 @@ class LiftedBlock : public testing::Test {
                                   : std::vector<AttachmentVisual>{});
     PictureTarget target(kWidth, kHeight, 4);
     target.Bind();
-    view.Draw(scene_, scope, kOverlayNone, guide);
+    view.Draw(scene_, scope, kOverlayNone, guide ? &*guide : nullptr);
     target.Resolve(scope);
     Image image;
     target.Read(&image);
@@ -137,16 +137,19 @@ TEST_F(LiftedBlock, HasDotsOfTheGuideWhereItsLayerStillHolds) {
     return count;
   };
   EXPECT_EQ(blue_pixels(Picture(true)), 0);
-  const int whole = blue_pixels(Picture(true, {0, blue}));
+  const int whole = blue_pixels(Picture(true, FreeingGuide{0, blue}));
   EXPECT_GT(whole, 50);
-  EXPECT_EQ(blue_pixels(Picture(true, {1, blue})), 0) << "another attachment";
+  EXPECT_EQ(blue_pixels(Picture(true, FreeingGuide{1, blue})), 0) << "another attachment";
   auto& damage = scene_.damage[0];
   std::fill(damage.begin(), damage.begin() + static_cast<std::ptrdiff_t>(damage.size() / 2), 1.0f);
-  const int half = blue_pixels(Picture(true, {0, blue}));
+  const int half = blue_pixels(Picture(true, FreeingGuide{0, blue}));
   EXPECT_GT(half, 0.3 * whole);
   EXPECT_LT(half, 0.7 * whole);
+  FreeingGuide from_tip{0, blue};
+  from_tip.tips_W[1] = Vector3d(0.03, -0.02, 0.01);
+  EXPECT_GT(blue_pixels(Picture(true, from_tip)), half + 20) << "a line from an instrument's tip";
   SetDamage(1);
-  EXPECT_EQ(blue_pixels(Picture(true, {0, blue})), 0);
+  EXPECT_EQ(blue_pixels(Picture(true, from_tip)), 0);
 }
 
 TEST_F(LiftedBlock, LeavesARawSurfaceAndNoFibreWhereTheLayerIsTorn) {
@@ -215,13 +218,16 @@ TEST_F(LiftedBlock, ALeafIsASheetWithHolesWhereItHasTorn) {
 TEST_F(LiftedBlock, TellsHowFarWhatIsLeftOfALayerIs) {
   SceneRenderer view({{.rest = &models_[0].rest()}, {.rest = &models_[1].rest()}}, {}, nullptr,
                      {.occlusion = false, .shadows = false}, {{&beds_[0], {1, 0}}});
-  const auto distance = [&](const Vector3d& p_W) {
+  const auto distance = [&](const Vector3d& p_W, int attachment = 0) {
     LaparoscopeOptions options;
     options.p_scope_W = Vector3d(0, -0.12, 0.05);
     PictureTarget target(kWidth, kHeight, 1);
     target.Bind();
-    view.Draw(scene_, Laparoscope(options, kWidth, kHeight));
-    const std::optional<Vector3d> near_W = view.NearestLeft(0, p_W, scene_);
+    FreeingGuide guide{attachment};
+    guide.tips_W[2] = p_W;
+    view.Draw(scene_, Laparoscope(options, kWidth, kHeight), kOverlayNone, &guide);
+    EXPECT_FALSE(guide.nearest_W[0]) << "no instrument there";
+    const std::optional<Vector3d>& near_W = guide.nearest_W[2];
     return near_W ? (p_W - *near_W).norm() : std::numeric_limits<double>::infinity();
   };
   const AttachmentBed& bed = beds_[0];
@@ -234,9 +240,9 @@ TEST_F(LiftedBlock, TellsHowFarWhatIsLeftOfALayerIs) {
   EXPECT_LE(beside, 0.05 + 5e-4);
   scene_.damage[0][0] = 1;
   EXPECT_GT(distance(middle_W), 0.001) << "its fibre has torn";
+  EXPECT_TRUE(std::isinf(distance(middle_W, 1))) << "another attachment";
   SetDamage(1);
   EXPECT_TRUE(std::isinf(distance(middle_W)));
-  EXPECT_FALSE(view.NearestLeft(1, middle_W, scene_)) << "another attachment";
 }
 
 TEST_F(LiftedBlock, SmokeRisesSpreadsAndIsGone) {
