@@ -100,7 +100,8 @@ toughness = 1000    # J/m^2
 
 const char* const kTools =
     R"(# Four ports: right flank, below the right ribs, below the breastbone, and the navel for the laparoscope.
-# A trainee has two hands: the flank's grasper holds the fundus, the other hand works below the breastbone.
+# The flank's grasper holds the fundus and is parked, as an assistant's. The left hand holds the pouch from
+# below the right ribs, the right hand works below the breastbone.
 [[instrument]]
 name = "grasper"
 type = "grasper"
@@ -130,6 +131,15 @@ friction = 0.1
   name = "second grasper"
   type = "grasper"
   friction = 0.2
+
+[[instrument]]
+name = "left grasper"
+type = "grasper"
+trocar = [-0.02, -0.16, 0.125]
+friction = 0.2
+
+  [instrument.device]
+  max_insertion = 0.24
 
 [laparoscope]
 trocar = [0.06, -0.235, 0.11]
