@@ -100,7 +100,7 @@ void ExerciseEvaluator::AdvanceStep(const StepSample& sample) {
   }
   const double lasted = holding_ ? result_.time - held_ : 0;
   progress_ = step.time > 0 ? std::min(1.0, lasted / step.time) : 0;
-  if (!holds) progress_ = ProgressOf(step, sample);
+  if (!holds || step.lift > 0) progress_ = ProgressOf(step, sample);
   if (!holds || lasted < step.time) return;
   result_.step_times.push_back(result_.time);
   holding_ = false;
@@ -108,12 +108,22 @@ void ExerciseEvaluator::AdvanceStep(const StepSample& sample) {
   result_.passed = result_.ended = result_.step_times.size() == options_.steps.size();
 }
 
-// Returns how far a step is whose conditions do not hold yet.
+// Returns how far a step is by what it asks for, without the time for which it must hold.
 double ExerciseEvaluator::ProgressOf(const ExerciseStepOptions& step,
                                      const StepSample& sample) const {
   if (step.frees) {
     const auto& layer = sample.attachments[static_cast<std::size_t>(*step.frees)];
     return std::clamp(layer.freed_area / step.freed_area, 0.0, 1.0);
+  }
+  if (step.holds && step.lift > 0) {
+    double most = 0;  // m
+    for (int t = 0; t < sample.tool_count; ++t) {
+      const int held = sample.tools[static_cast<std::size_t>(t)].instrument_index;
+      VisitContacts(sample, t, [&](const SolvedContact& contact) {
+        if (IsHold(*step.holds, contact, t, held)) most = std::max(most, LiftOf(contact));
+      });
+    }
+    return std::min(1.0, most / step.lift);
   }
   double progress = step.clips.empty() ? 0 : 1;
   for (const int duct : step.clips) {
@@ -132,9 +142,8 @@ bool ExerciseEvaluator::Holds(const ExerciseStepOptions& step, const StepSample&
       const bool in_place = !step.at_W || (contact.contact_W - *step.at_W).norm() <= step.within;
       if (contact.kind == ContactKind::kGrasp) {
         released = released && !(step.releases && contact.organ == *step.releases);
-        holds =
-            holds || (contact.organ == step.holds->organ && IsOneOf(step.holds->with, t, held) &&
-                      LiftOf(contact) >= step.lift && (step.touches || in_place));
+        holds = holds || (IsHold(*step.holds, contact, t, held) && LiftOf(contact) >= step.lift &&
+                          (step.touches || in_place));
       } else if (step.touches && contact.organ == step.touches->organ && Touches(contact) &&
                  IsOneOf(step.touches->with, t, held)) {
         touches = touches || in_place;

@@ -43,6 +43,13 @@ inline bool Presses(const StepSample& sample, int hand, int organ) {
   return presses;
 }
 
+/// True if the contact is a grasp of the wanted organ by a wanted instrument.
+inline bool IsHold(const ExerciseContact& wanted, const SolvedContact& contact, int hand,
+                   int instrument_index) {
+  return contact.kind == ContactKind::kGrasp && contact.organ == wanted.organ &&
+         IsOneOf(wanted.with, hand, instrument_index);
+}
+
 inline double LiftOf(const SolvedContact& contact) {
   return (contact.contact_W - contact.p_original_W).norm();
 }

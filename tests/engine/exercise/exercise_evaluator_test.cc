@@ -362,6 +362,11 @@ TEST(ExerciseEvaluator, StepsAreDoneInTheirOrderOnceTheirConditionsHaveHeld) {
   EXPECT_EQ(course.status().step, 1);
   course.Run(5);
   EXPECT_EQ(course.status().step, 1);
+  EXPECT_NEAR(course.status().progress, 0.99, 1e-6) << "of the lift";
+  course.Run(1, hold(0.0025));
+  EXPECT_NEAR(course.status().progress, 0.25, 1e-6);
+  course.Run(1, [](StepSample* s) { Touch(s, kGrasper, kLiver, 1, ContactKind::kGrasp, 0.02); });
+  EXPECT_EQ(course.status().progress, 0) << "another organ";
   course.Run(1, hold(0.0101));
   EXPECT_EQ(course.status().step, 2);
   // The touch of 0.51 N is too strong, and so is the pull of the grasper.
