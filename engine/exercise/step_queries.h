@@ -68,8 +68,7 @@ inline double TornArea(const StepSample& sample, int attachment) {
 inline double DistanceTo(const std::vector<Vector3d>& path_W, const Vector3d& p_W) {
   double least = std::numeric_limits<double>::infinity();
   for (std::size_t i = 0; i + 1 < path_W.size(); ++i) {
-    const double share = ClosestOnSegment(p_W, path_W[i], path_W[i + 1]);
-    const Vector3d nearest_W = path_W[i] + share * (path_W[i + 1] - path_W[i]);
+    const Vector3d nearest_W = ClosestPointOnSegment(p_W, path_W[i], path_W[i + 1]);
     least = std::min(least, (p_W - nearest_W).norm());
   }
   return least;

@@ -19,6 +19,10 @@ TrianglePoint ClosestOnTriangle(const Vector3d& p, const Vector3d& a, const Vect
 /// Returns the parameter (0..1) of the point of segment ab closest to `p`; 0 for a segment without
 /// length.
 double ClosestOnSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b);
+/// Returns that point itself.
+inline Vector3d ClosestPointOnSegment(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
+  return a + ClosestOnSegment(p, a, b) * (b - a);
+}
 
 /// The pair of closest points of the segment from `start` to `end` and the triangle abc.
 struct SegmentTrianglePair {

@@ -91,8 +91,7 @@ NearDuct DuctActions::Nearest(const Vector3d& p_W, std::span<AttachmentLink> lin
       const Rod& rod = duct.rod();
       for (int i = 0; i + 1 < rod.nodes(); ++i) {
         if (!rod.IsSegment(i)) continue;
-        const double share = ClosestOnSegment(p_W, rod.node(i), rod.node(i + 1));
-        const Vector3d near_W = rod.node(i) + share * (rod.node(i + 1) - rod.node(i));
+        const Vector3d near_W = ClosestPointOnSegment(p_W, rod.node(i), rod.node(i + 1));
         const double gap = (p_W - near_W).norm() - duct.model().options.radius;
         if (gap < nearest.gap) nearest = {duct.model().index, gap};
       }

@@ -6,15 +6,10 @@
 #include <numbers>
 #include <tuple>
 
+#include "engine/mesh/closest_point.h"
+
 namespace hpdm {
 namespace {
-
-// Returns how far along a segment, 0..1, its point nearest to p is.
-double NearestShare(const Vector3d& a, const Vector3d& b, const Vector3d& p) {
-  const Vector3d along = b - a;
-  const double length2 = along.squaredNorm();
-  return length2 > 0 ? std::clamp(along.dot(p - a) / length2, 0.0, 1.0) : 0;
-}
 
 // Returns how far along a segment, 0..1, it is nearest to the plane y = 0.
 double NearestShareToPlane(const Vector3d& a, const Vector3d& b) {
@@ -97,8 +92,7 @@ void LayerActions::FindHeated(const ToolPose& tool, const ToolGeometry& geometry
                               std::span<AttachmentLink> links) {
   const Vector3d p_tip_W = tool.X_WT.translation();
   Find(organs, links, [&](const Fibres& fibres) {
-    const double share = NearestShare(fibres.a_W, fibres.b_W, p_tip_W);
-    const Vector3d nearest_W = fibres.a_W + share * (fibres.b_W - fibres.a_W);
+    const Vector3d nearest_W = ClosestPointOnSegment(p_tip_W, fibres.a_W, fibres.b_W);
     const double distance = (nearest_W - p_tip_W).norm();
     const double reach = geometry.tip_radius + kHeatReach + fibres.radius;
     return distance <= reach ? distance : kOutOfReach;

@@ -1,6 +1,7 @@
 #include "render/overlay/exercise_text.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "engine/exercise/duct_judge.h"
 #include "render/overlay/status_lines.h"
@@ -78,7 +79,9 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const Exerci
     AddWrapped(Format("%zu/%zu ", step + 1, exercise.steps.size()) +
                    (in_full ? present.instruction : present.name + " (p: how)"),
                Tone::kGood, &lines);
-    if (status.progress > 0) lines.push_back({Format("%.0f %%", 100 * status.progress)});
+    // Rounded down: 100 % is done.
+    if (status.progress > 0)
+      lines.push_back({Format("%.0f %%", std::floor(100 * status.progress))});
   }
   lines.push_back({Format("%.0f s left, ", status.time_left) + CountOf(status.errors, "error") +
                        Format(", score %.0f", status.score),

@@ -60,7 +60,7 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
       if (duct.segments[ToSize(i)] == SegmentState::kGap) continue;
       const Vector3d a_W = duct.nodes_W[ToSize(i)].cast<double>();
       const Vector3d b_W = duct.nodes_W[ToSize(i + 1)].cast<double>();
-      const Vector3d near_W = a_W + ClosestOnSegment(p_W, a_W, b_W) * (b_W - a_W);
+      const Vector3d near_W = ClosestPointOnSegment(p_W, a_W, b_W);
       const double gap = (p_W - near_W).norm() - names.duct_radii[d];
       if (gap < nearest.gap) nearest = {d, gap, near_W};
     }
@@ -69,7 +69,7 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
 }
 
 // m from which on the way to a target is told, and the least share of it that is.
-constexpr double kWayShown = 0.002, kLeastShare = 0.4;
+constexpr double kWayShown = 0.0005, kLeastShare = 0.4;
 
 // Returns how the hand moves the tip by `way_W` (m): "push in, left", with the picture's sides.
 std::string WayText(const ToolPose& pose, const Isometry3d& X_WC, const Vector3d& way_W) {

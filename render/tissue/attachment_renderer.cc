@@ -182,7 +182,7 @@ void AttachmentRenderer::DrawLeft(const SceneSnapshot& snapshot, const Laparosco
       for (std::size_t t = 0; t < kMaxInstruments; ++t) {
         if (!guide->tips_W[t]) continue;
         const Vector3d& tip_W = *guide->tips_W[t];
-        const Vector3d near_W = a_W + ClosestOnSegment(tip_W, a_W, b_W) * (b_W - a_W);
+        const Vector3d near_W = ClosestPointOnSegment(tip_W, a_W, b_W);
         if ((tip_W - near_W).norm() >= least[t]) continue;
         least[t] = (tip_W - near_W).norm();
         guide->nearest_W[t] = near_W;

@@ -398,6 +398,8 @@ TEST(StatusText, AnExerciseSaysWhatIsNextAndWhatWasWrong) {
   EXPECT_TRUE(Says(text.guidance, "50 %"));
   EXPECT_TRUE(Says(text.guidance, "80 s left, 0 errors, score 40"));
   EXPECT_FALSE(Says(text.guidance, "4 N"));
+  scenery.health.exercise.progress = 0.997f;
+  EXPECT_TRUE(Says(scenery.Text().guidance, "99 %")) << "not done yet";
   scenery.health.exercise.errors = 1;
   scenery.health.exercise.last_error = 0;
   scenery.health.exercise.last_error_time = 18;

@@ -402,7 +402,7 @@ TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm: push in, right")) << "a sideways tool";
   trainee.X_WC.linear() = trainee.scene.tools[1].X_WT.linear();
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "9 mm: push in, down")) << "and its picture";
-  trainee.to_free_T = Vector3d(0, 0, -0.0012);
+  trainee.to_free_T = Vector3d(0, 0, -0.0004);
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in")) << "there already";
   EXPECT_TRUE(Shows(trainee.Text().tools[0], "free")) << "a grasper";
   trainee.scene.readouts[1].layer = 0;
