@@ -18,7 +18,7 @@ struct AttachmentVisual {
   std::array<int, 2> organs{};  ///< a and b, by their index in the snapshot.
 };
 
-/// What an exercise asks to free next, for DrawLeft().
+/// The layer that an exercise asks to free next, and the instruments that can free it.
 struct FreeingGuide {
   int attachment = -1;  ///< By its index in the scene; -1: none.
   Colour colour = Colour::Ones();
