@@ -78,8 +78,12 @@ bool DuctJudge::IsCutWell(int duct) const {
     at_a += clip.covers && clip.arc < first;
     at_b += clip.covers && clip.arc > last;
   }
-  return at_a >= (found->options.organ_end == 0 ? kLeftOnOrgan : stay_) &&
-         at_b >= (found->options.organ_end == 1 ? kLeftOnOrgan : stay_);
+  return AreEnough(at_a, at_b, found->options, stay_);
+}
+
+bool DuctJudge::AreEnough(int at_a, int at_b, const ExerciseDuct& duct, int stay) {
+  return at_a >= (duct.organ_end == 0 ? kLeftOnOrgan : stay) &&
+         at_b >= (duct.organ_end == 1 ? kLeftOnOrgan : stay);
 }
 
 std::string FaultText(const ClipFinding& clip, const std::string& duct, bool keys) {

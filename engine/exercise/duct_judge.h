@@ -43,6 +43,8 @@ class DuctJudge {
 
   int GoodClips(int duct) const;
   bool IsCutWell(int duct) const;
+  /// True if so many clips between a cut and the duct's ends a and b are enough.
+  static bool AreEnough(int at_a, int at_b, const ExerciseDuct& duct, int stay);
 
  private:
   struct Clip {

@@ -186,10 +186,13 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
     const int organ = status.health.tools[tool].organ;
     if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
     const auto& [gap, before, after] = readout.clips_beside;
-    const int stay = names.exercise ? names.exercise->clips_that_stay : kClipsThatStay;
-    const bool closed = std::min(before, after) >= 1 && std::max(before, after) >= stay;
-    lines->push_back(
-        {Format("clips beside: %d and %d", before, after), closed ? Tone::kGood : Tone::kWarning});
+    Tone tone = Tone::kPlain;  // without an exercise nothing judges them
+    if (names.exercise && duct < names.exercise->ducts.size()) {
+      const bool enough = DuctJudge::AreEnough(before, after, names.exercise->ducts[duct],
+                                               names.exercise->clips_that_stay);
+      tone = enough ? Tone::kGood : Tone::kWarning;
+    }
+    lines->push_back({Format("clips beside: %d and %d", before, after), tone});
     return;
   }
   if (clip.coverage < DuctJudge::kLeastCoverage) {

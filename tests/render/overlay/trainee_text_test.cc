@@ -380,8 +380,13 @@ TEST(TraineeText, ScissorsTellHowManyClipsAreOnBothSidesOfTheCut) {
     }
     return Tone::kAlarm;
   };
+  int& organ_end = trainee.names.exercise->ducts[1].organ_end;
+  organ_end = 0;
   EXPECT_EQ(tone(1, 2), Tone::kGood);
+  EXPECT_EQ(tone(2, 1), Tone::kWarning) << "one stays in the body";
+  organ_end = 1;
   EXPECT_EQ(tone(2, 1), Tone::kGood);
+  EXPECT_EQ(tone(1, 2), Tone::kWarning) << "one stays in the body";
   EXPECT_EQ(tone(1, 1), Tone::kWarning) << "two stay in the body";
   EXPECT_EQ(tone(3, 0), Tone::kWarning);
 }
