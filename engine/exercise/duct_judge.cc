@@ -14,6 +14,17 @@ namespace {
 // Clips that must be left on the organ's side of a cut.
 constexpr int kLeftOnOrgan = 1;
 
+// Returns what the jaws alone decide.
+ClipFinding FindingOfJaws(const DuctAction& clip, double angle) {
+  ClipFinding finding;
+  finding.angle = clip.angle;
+  finding.most_angle = angle;
+  finding.coverage = clip.coverage;
+  if (clip.angle > angle) finding.faults |= kClipOblique;
+  if (clip.coverage < DuctJudge::kLeastCoverage) finding.faults |= kClipShort;
+  return finding;
+}
+
 }  // namespace
 
 DuctJudge::DuctJudge(std::vector<ExerciseDuct> ducts, int stay) : stay_(stay) {
@@ -30,22 +41,22 @@ bool DuctJudge::IsGood(const DuctAction& clip, double angle) const {
 }
 
 ClipFinding DuctJudge::Examine(const DuctAction& clip, double angle) const {
-  ClipFinding finding;
-  finding.angle = clip.angle;
-  finding.most_angle = angle;
-  finding.coverage = clip.coverage;
-  if (clip.angle > angle) finding.faults |= kClipOblique;
-  if (clip.coverage < kLeastCoverage) finding.faults |= kClipShort;
   const Duct* duct = Find(clip.duct);
-  if (duct == nullptr) return finding;
-  finding.to_clip = finding.to_end = std::numeric_limits<double>::infinity();
-  for (const Clip& other : duct->clips) {
-    finding.to_clip = std::min(finding.to_clip, std::abs(other.arc - clip.arc) - kClipWidth);
-  }
+  if (duct == nullptr) return FindingOfJaws(clip, angle);
+  double gap = std::numeric_limits<double>::infinity();
+  for (const Clip& other : duct->clips) gap = std::min(gap, std::abs(other.arc - clip.arc));
+  return Examine(clip, gap, duct->options, angle);
+}
+
+ClipFinding DuctJudge::Examine(const DuctAction& clip, double gap, const ExerciseDuct& duct,
+                               double angle) {
+  ClipFinding finding = FindingOfJaws(clip, angle);
+  finding.to_clip = gap - kClipWidth;
   if (finding.to_clip < kLeastGap) finding.faults |= kClipNearClip;
+  finding.to_end = std::numeric_limits<double>::infinity();
   const double least = kLeastToEnd + kClipWidth / 2;
   const auto measure_end = [&](int end, double from_end) {
-    if (duct->options.organ_end == end) return;
+    if (duct.organ_end == end) return;
     finding.to_end = std::min(finding.to_end, from_end - kClipWidth / 2);
     if (from_end < least) finding.faults |= kClipNearEnd;
   };

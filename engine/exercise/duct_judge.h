@@ -38,6 +38,9 @@ class DuctJudge {
   bool IsGood(const DuctAction& clip, double angle) const;
   /// Returns the faults of a new clip and its measures. No faults exactly if IsGood.
   ClipFinding Examine(const DuctAction& clip, double angle) const;
+  /// The same of a clip on a duct whose nearest clip's middle is `gap` m from its own, along the duct.
+  static ClipFinding Examine(const DuctAction& clip, double gap, const ExerciseDuct& duct,
+                             double angle);
   /// Keeps a clip or a cut. `good`: of a clip.
   void Keep(const DuctAction& action, bool good);
 

@@ -165,7 +165,7 @@ void ExerciseEvaluator::JudgeAction(const StepSample& sample, int hand) {
   const DuctAction& action = sample.duct_actions[static_cast<std::size_t>(hand)];
   if (action.kind == DuctActionKind::kNone) return;
   const bool clip = action.kind == DuctActionKind::kClip;
-  const bool good = clip && judge_.IsGood(action, ClipAngleOf(action.duct));
+  const bool good = clip && judge_.IsGood(action, ClipAngleOf(options_, action.duct));
   const bool lost = action.kind == DuctActionKind::kLostClip;
   // A clip that falls as its applier presses an organ is one on a wrong organ if a rule names that.
   const auto is_wrong_organ = [&](const ExerciseErrorOptions& error) {
@@ -213,18 +213,6 @@ void ExerciseEvaluator::JudgeAction(const StepSample& sample, int hand) {
     AddError(rule, hand, contact.organ, action.place_W, contact.force_on_tissue_W.norm(),
              action.duct < std::ssize(options_.ducts) ? action.duct : -1, finding);
   }
-}
-
-// Returns the largest angle of a good clip on a duct, rad: the least of its rules.
-double ExerciseEvaluator::ClipAngleOf(int duct) const {
-  std::optional<double> least;
-  for (const ExerciseErrorOptions& error : options_.errors) {
-    if (error.kind != ExerciseErrorKind::kBadClip) continue;
-    if (error.ducts.empty() || Contains(error.ducts, duct)) {
-      least = std::min(least.value_or(error.limit), error.limit);
-    }
-  }
-  return least.value_or(kClipAngle);
 }
 
 void ExerciseEvaluator::AddBleeding(Nanoseconds time_ns) {

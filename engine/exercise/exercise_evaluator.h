@@ -126,7 +126,6 @@ class ExerciseEvaluator {
   bool Holds(const ExerciseStepOptions& step, const StepSample& sample) const;
   void FindErrors(const StepSample& sample, double dt);
   void JudgeAction(const StepSample& sample, int hand);
-  double ClipAngleOf(int duct) const;
   void FindForce(const StepSample& sample, std::size_t rule);
   void FindTears(const StepSample& sample, std::size_t rule);
   void FindStretches(const StepSample& sample, std::size_t rule);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "engine/exercise/exercise_options.h"
@@ -62,6 +63,28 @@ inline double TornArea(const StepSample& sample, int attachment) {
     area += layer.freed_area - layer.burnt_area - layer.cut_area;
   }
   return area;
+}
+
+/// Returns the largest angle of a good clip on a duct, rad: the least of its rules.
+inline double ClipAngleOf(const ExerciseOptions& options, int duct) {
+  std::optional<double> least;
+  for (const ExerciseErrorOptions& error : options.errors) {
+    if (error.kind != ExerciseErrorKind::kBadClip) continue;
+    if (error.ducts.empty() || Contains(error.ducts, duct)) {
+      least = std::min(least.value_or(error.limit), error.limit);
+    }
+  }
+  return least.value_or(kClipAngle);
+}
+
+/// Returns the step that must be done before a clip (kEarlyClip) or a cut (kEarlyCut) of a duct, -1: none
+/// that is not. `done`: how many steps are.
+inline int StepBefore(const ExerciseOptions& options, ExerciseErrorKind kind, int duct, int done) {
+  for (const ExerciseErrorOptions& error : options.errors) {
+    const bool is_meant = error.ducts.empty() || Contains(error.ducts, duct);
+    if (error.kind == kind && is_meant && done <= error.before) return error.before;
+  }
+  return -1;
 }
 
 /// Returns the distance of a point from a line through points, m.

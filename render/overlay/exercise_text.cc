@@ -36,17 +36,6 @@ std::string CountOf(int count, const char* noun) {
   return Format("%d %s%s", count, noun, count == 1 ? "" : "s");
 }
 
-// Adds the kinds of errors so far.
-void AddErrors(const ExerciseStatus& status, const ExerciseOptions& exercise,
-               std::vector<StatusLine>* lines) {
-  for (std::size_t rule = 0; rule < std::min(exercise.errors.size(), kShownRules); ++rule) {
-    const int count = status.error_counts[rule];
-    if (count == 0) continue;
-    lines->push_back({(count > 1 ? Format("%d times ", count) : "") + exercise.errors[rule].name,
-                      Tone::kWarning});
-  }
-}
-
 // Returns when the present step began, last if it was restarted, in the exercise's time, s.
 double BeganAt(const ExerciseStatus& status) {
   const auto step = static_cast<std::size_t>(status.step);
@@ -60,9 +49,7 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const Exerci
                                       bool paused) {
   std::vector<StatusLine> lines;
   const auto step = static_cast<std::size_t>(status.step);
-  if (paused) {
-    AddErrors(status, exercise, &lines);
-  } else if (status.last_error >= 0 && status.time - status.last_error_time < kErrorShown) {
+  if (!paused && status.last_error >= 0 && status.time - status.last_error_time < kErrorShown) {
     AddWrapped(LastErrorText(status, exercise), Tone::kAlarm, &lines);
   }
   if (status.restarts > 0 && status.time - status.restarted < kRestartShown) {
@@ -86,6 +73,17 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const Exerci
   lines.push_back({Format("%.0f s left, ", status.time_left) + CountOf(status.errors, "error") +
                        Format(", score %.0f", status.score),
                    Tone::kDim});
+  return lines;
+}
+
+std::vector<StatusLine> ErrorLines(const ExerciseStatus& status, const ExerciseOptions& exercise) {
+  std::vector<StatusLine> lines;
+  for (std::size_t rule = 0; rule < std::min(exercise.errors.size(), kShownRules); ++rule) {
+    const int count = status.error_counts[rule];
+    if (count == 0) continue;
+    AddWrapped((count > 1 ? Format("%d times ", count) : "") + exercise.errors[rule].name,
+               Tone::kWarning, &lines);
+  }
   return lines;
 }
 

@@ -6,9 +6,12 @@
 
 namespace hpdm {
 
-/// Returns the exercise's present step, how far it is, and the last error for a while; in a pause all errors.
+/// Returns the exercise's present step, how far it is, and the last error for a while.
 std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const ExerciseOptions& exercise,
                                       bool paused);
+
+/// Returns the kinds of errors so far, with how often each was made.
+std::vector<StatusLine> ErrorLines(const ExerciseStatus& status, const ExerciseOptions& exercise);
 
 /// Returns the result of an exercise that has ended: its score, the steps that were done with their
 /// times, the errors with their points, and how to go on.

@@ -221,8 +221,11 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
   if (status.marks != nullptr) text.marks = MarksOf(status);
   const ExerciseStatus& exercise = status.health.exercise;
   const bool guides = status.view.guidance && names.exercise && exercise.present;
-  if (guides && !exercise.ended)
+  if (guides && !exercise.ended) {
     text.guidance = GuidanceLines(exercise, *names.exercise, status.view.paused);
+    if (status.view.paused)  // in the corner, for the guidance is over the tissue
+      std::ranges::move(ErrorLines(exercise, *names.exercise), std::back_inserter(text.state));
+  }
   if (guides && exercise.ended) {
     text.banner = ResultLines(exercise, *names.exercise);
     text.alarms.clear();

@@ -8,6 +8,7 @@
 
 #include "engine/base/angle.h"
 #include "engine/exercise/duct_judge.h"
+#include "engine/exercise/step_queries.h"
 #include "engine/mesh/closest_point.h"
 #include "render/overlay/status_lines.h"
 
@@ -122,15 +123,42 @@ bool AddTargetLines(const Status& status, const StatusNames& names, int tool,
   return false;
 }
 
-// Returns how deep the tip is in the organ that it presses.
-StatusLine DepthLine(const Status& status, const StatusNames& names, int tool) {
+// m: a press less deep does not hide what a hook burns, and needs no way out.
+constexpr double kDepthShown = 0.001;
+
+// Adds how deep the tip is in the organ that it presses, and the way out of it: "3.2 mm into liver", "out: pull
+// back, up".
+void AddDepthLines(const Status& status, const StatusNames& names, int tool, Tone least,
+                   std::vector<StatusLine>* lines) {
   const SessionHealth::Tool& health = status.health.tools[tool];
-  return {Format("%.1f mm into ", 1e3 * health.depth) + OrganName(names, health.organ),
-          health.depth > status.limits.depth ? Tone::kAlarm : Tone::kPlain};
+  const Tone tone = health.depth > status.limits.depth ? Tone::kAlarm : least;
+  lines->push_back(
+      {Format("%.1f mm into ", 1e3 * health.depth) + OrganName(names, health.organ), tone});
+  const SolvedContact& contact = status.scene.contacts[tool];
+  if (health.depth > kDepthShown && contact.organ == health.organ) {
+    const std::string way = WayText(status.scene.tools[tool], status.X_WC, contact.normal_W);
+    if (!way.empty()) lines->push_back({"out: " + way, tone});
+  }
 }
 
-// m: a press less deep does not hide what a hook burns.
-constexpr double kDepthShown = 0.001;
+// m: an organ as near as this to a hook in a layer is named.
+constexpr double kNearOrgan = 0.002;
+
+// Adds how far the nearest organ is from a tip that presses none; false where none is near.
+bool AddDistanceLine(const Status& status, const StatusNames& names, int tool, double most,
+                     std::vector<StatusLine>* lines) {
+  const SolvedContact& contact = status.scene.contacts[tool];
+  if (contact.organ < 0) return false;
+  const ToolPose& pose = status.scene.tools[tool];
+  const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
+                          OfInstrument(names.tip_radii, tool, pose.instrument_index);
+  if (distance > most) return false;
+  const int decimals = distance < kNearOrgan ? 1 : 0;
+  lines->push_back({Format("%.*f mm from ", decimals, 1e3 * std::max(0.0, distance)) +
+                        OrganName(names, contact.organ),
+                    Tone::kDim});
+  return true;
+}
 
 // Adds what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm into
 // liver", "12 mm from liver", or "free" if no organ is near; and how far its target is.
@@ -148,24 +176,19 @@ void AddContactLines(const Status& status, const StatusNames& names, int tool,
     lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": not yet"),
                       wanted ? Tone::kGood : Tone::kWarning});
     if (health.organ >= 0 && health.depth > kDepthShown) {
-      lines->push_back(DepthLine(status, names, tool));
-      lines->back().tone = std::max(lines->back().tone, Tone::kWarning);
+      AddDepthLines(status, names, tool, Tone::kWarning, lines);
+    } else if (health.organ < 0) {
+      AddDistanceLine(status, names, tool, kNearOrgan, lines);
     }
     if (!wanted) AddTargetLines(status, names, tool, lines);
     return;
   }
-  if (health.organ >= 0) lines->push_back(DepthLine(status, names, tool));
+  if (health.organ >= 0) AddDepthLines(status, names, tool, Tone::kPlain, lines);
   if (AddTargetLines(status, names, tool, lines) || health.organ >= 0) return;
-  if (contact.organ < 0) {
+  constexpr double kAnyDistance = std::numeric_limits<double>::infinity();
+  if (!AddDistanceLine(status, names, tool, kAnyDistance, lines)) {
     lines->push_back({"free", Tone::kDim});
-    return;
   }
-  const ToolPose& pose = status.scene.tools[tool];
-  const double distance = (pose.X_WT.translation() - contact.contact_W).norm() -
-                          OfInstrument(names.tip_radii, tool, pose.instrument_index);
-  lines->push_back(
-      {Format("%.0f mm from ", 1e3 * std::max(0.0, distance)) + OrganName(names, contact.organ),
-       Tone::kDim});
 }
 
 // s for which a closing that found no duct is shown, and m up to which it was near one.
@@ -174,49 +197,90 @@ constexpr double kMissShown = 6, kMissNear = 0.015;
 // rad: a roll that hardly changes a clip.
 constexpr double kLittleRoll = 5 * kDegree;
 
-// Adds the duct between the open jaws of a clip applier and how a clip would lie on it.
+// Adds the step of the exercise that must come before a clip or a cut of the duct in the jaws. True if
+// there is one.
+bool AddStepBefore(const Status& status, const StatusNames& names, int tool, ExerciseErrorKind kind,
+                   std::vector<StatusLine>* lines) {
+  if (!names.exercise) return false;
+  const int duct = status.scene.readouts[tool].clip_ahead.duct;
+  const int step = StepBefore(*names.exercise, kind, duct, status.health.exercise.step);
+  if (step < 0 || ToSize(step) >= names.exercise->steps.size()) return false;
+  lines->push_back({"first " + names.exercise->steps[ToSize(step)].name, Tone::kWarning});
+  return true;
+}
+
+// Adds the clips beside the cut, and what scissors reach into. They cut at any angle.
+void AddCutAhead(const Status& status, const StatusNames& names, int tool,
+                 std::vector<StatusLine>* lines) {
+  const ToolReadout& readout = status.scene.readouts[tool];
+  const auto duct = ToSize(readout.clip_ahead.duct);
+  const int organ = status.health.tools[tool].organ;
+  AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyCut, lines);
+  if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
+  const auto& [gap, before, after] = readout.clips_beside;
+  Tone tone = Tone::kPlain;  // without an exercise nothing judges them
+  if (names.exercise && duct < names.exercise->ducts.size()) {
+    const bool enough = DuctJudge::AreEnough(before, after, names.exercise->ducts[duct],
+                                             names.exercise->clips_that_stay);
+    tone = enough ? Tone::kGood : Tone::kWarning;
+  }
+  lines->push_back({Format("clips beside: %d and %d", before, after), tone});
+}
+
+// Adds whether a clip applier may close now, and what to mend.
 void AddClipAhead(const Status& status, const StatusNames& names, int tool,
                   std::vector<StatusLine>* lines) {
   const ToolReadout& readout = status.scene.readouts[tool];
   const DuctAction& clip = readout.clip_ahead;
-  const auto duct = static_cast<std::size_t>(clip.duct);
-  if (clip.duct < 0 || duct >= names.ducts.size()) return;
-  lines->push_back({"in jaws: " + names.ducts[duct], Tone::kGood});
-  if (readout.clips_left < 0) {  // scissors cut at any angle, and what they reach into
-    const int organ = status.health.tools[tool].organ;
-    if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
-    const auto& [gap, before, after] = readout.clips_beside;
-    Tone tone = Tone::kPlain;  // without an exercise nothing judges them
-    if (names.exercise && duct < names.exercise->ducts.size()) {
-      const bool enough = DuctJudge::AreEnough(before, after, names.exercise->ducts[duct],
-                                               names.exercise->clips_that_stay);
-      tone = enough ? Tone::kGood : Tone::kWarning;
-    }
-    lines->push_back({Format("clips beside: %d and %d", before, after), tone});
-    return;
+  ExerciseDuct duct;
+  double most_angle = kClipAngle;
+  if (names.exercise) {
+    const std::vector<ExerciseDuct>& ducts = names.exercise->ducts;
+    if (ToSize(clip.duct) < ducts.size()) duct = ducts[ToSize(clip.duct)];
+    most_angle = ClipAngleOf(*names.exercise, clip.duct);
   }
-  if (clip.coverage < DuctJudge::kLeastCoverage) {
+  const ClipFinding finding = DuctJudge::Examine(clip, readout.clips_beside.gap, duct, most_angle);
+  const std::size_t verdict = lines->size();
+  lines->emplace_back();
+  const bool early = AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyClip, lines);
+  const bool good = !early && finding.faults == kClipSound;
+  (*lines)[verdict] = {good ? "close now" : "do not close yet",
+                       good ? Tone::kGood : Tone::kWarning};
+  if ((finding.faults & kClipShort) != 0) {
     const ToolPose& pose = status.scene.tools[tool];
     const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
     const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
     lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
   }
-  if (const double gap = readout.clips_beside.gap - DuctJudge::kClipWidth;
-      gap < DuctJudge::kLeastGap) {
-    lines->push_back({Format("%.1f mm from a clip: %g needed", 1e3 * std::max(0.0, gap),
-                             1e3 * DuctJudge::kLeastGap),
-                      Tone::kWarning});
-  }
-  const double angle = clip.angle / kDegree, roll = readout.clip_roll;
+  const auto add_distance = [&](ClipFault fault, double distance, const char* from, double least) {
+    if ((finding.faults & fault) == 0) return;
+    const std::string is = Format("%.1f mm from ", 1e3 * std::max(0.0, distance)) + from;
+    lines->push_back({is + Format(": %g needed", 1e3 * least), Tone::kWarning});
+  };
+  add_distance(kClipNearClip, finding.to_clip, "a clip", DuctJudge::kLeastGap);
+  add_distance(kClipNearEnd, finding.to_end, "its end", DuctJudge::kLeastToEnd);
+  const bool oblique = (finding.faults & kClipOblique) != 0;
+  const double roll = readout.clip_roll;
+  std::string angle = Format("%.0f\u00b0 oblique", clip.angle / kDegree);
   if (std::abs(roll) >= kLittleRoll) {
-    lines->push_back({Format("%.0f\u00b0 oblique: roll %.0f\u00b0, %s", angle,
-                             std::abs(roll) / kDegree, roll > 0 ? "e" : "q"),
-                      clip.angle > kClipAngle ? Tone::kWarning : Tone::kPlain});
-  } else if (clip.angle > kClipAngle) {
-    lines->push_back(
-        {Format("%.0f\u00b0 oblique: turn the tube, other hand", angle), Tone::kWarning});
+    angle += Format(": roll %.0f\u00b0, %s", std::abs(roll) / kDegree, roll > 0 ? "e" : "q");
+  } else if (oblique) {
+    angle += ": turn the tube, other hand";
+  }
+  lines->push_back({angle, oblique ? Tone::kWarning : Tone::kDim});
+}
+
+// Adds the duct between open jaws, and what closing them would do.
+void AddDuctInJaws(const Status& status, const StatusNames& names, int tool,
+                   std::vector<StatusLine>* lines) {
+  const ToolReadout& readout = status.scene.readouts[tool];
+  const int duct = readout.clip_ahead.duct;
+  if (duct < 0 || ToSize(duct) >= names.ducts.size()) return;
+  lines->push_back({"in jaws: " + names.ducts[ToSize(duct)], Tone::kGood});
+  if (readout.clips_left < 0) {
+    AddCutAhead(status, names, tool, lines);
   } else {
-    lines->push_back({Format("%.0f\u00b0 oblique: good", angle), Tone::kGood});
+    AddClipAhead(status, names, tool, lines);
   }
 }
 
@@ -230,7 +294,7 @@ void AddReadout(const Status& status, const StatusNames& names, int tool,
     lines->push_back({Format("clips left: %d", readout.clips_left),
                       readout.clips_left == 0 ? Tone::kWarning : Tone::kPlain});
   }
-  AddClipAhead(status, names, tool, lines);
+  AddDuctInJaws(status, names, tool, lines);
   const auto duct = static_cast<std::size_t>(readout.missed_duct);
   const double age = ToSeconds(status.scene.step.time_ns - readout.missed_ns);
   if (readout.missed_duct < 0 || duct >= names.ducts.size() || age > kMissShown ||

@@ -132,10 +132,11 @@ TEST(TraineeText, APauseListsTheErrorsSoFar) {
   Trainee trainee;
   trainee.health.exercise.error_counts[0] = 3;
   trainee.health.exercise.error_counts[1] = 1;
-  EXPECT_FALSE(Shows(trainee.Text().guidance, "clip lost"));
+  EXPECT_FALSE(Shows(trainee.Text().state, "clip lost"));
   trainee.view.paused = true;
-  EXPECT_TRUE(Shows(trainee.Text().guidance, "3 times clip oblique, loose, or too near"));
-  EXPECT_TRUE(Shows(trainee.Text().guidance, "|clip lost\n"));
+  EXPECT_TRUE(Shows(trainee.Text().state, "|3 times clip oblique, loose, or"));
+  EXPECT_TRUE(Shows(trainee.Text().state, "|clip lost\n"));
+  EXPECT_FALSE(Shows(trainee.Text().guidance, "clip lost")) << "it would cover the tissue";
 }
 
 TEST(TraineeText, AnExchangeThatWaitsShowsTheOrderOfTheInstruments) {
@@ -230,10 +231,13 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   readout.clips_left = 3;
   readout.clip_ahead.duct = 0;
   readout.clip_ahead.coverage = 1;
+  readout.clip_ahead.arc = 0.01;
+  readout.clip_ahead.length = 0.02;
   readout.clip_ahead.angle = 18 * kDegree;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "18\u00b0 oblique: good"));
+  EXPECT_TRUE(
+      Shows(trainee.Text().tools[1], "in jaws: cystic duct\n|close now\n|18\u00b0 oblique"));
   readout.clip_ahead.angle = 34 * kDegree;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct\n|do not close yet"));
   readout.clip_roll = 31 * kDegree;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: roll 31\u00b0, e"));
   readout.clip_roll = -31 * kDegree;
@@ -256,6 +260,34 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   readout.clips_left = -1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "oblique")) << "scissors";
+}
+
+TEST(TraineeText, AClipApplierMayCloseOnlyWhereTheExerciseCountsTheClipAsGood) {
+  Trainee trainee;
+  ExerciseOptions& exercise = *trainee.names.exercise;
+  exercise.ducts[0].organ_end = 0;  // the other end stays
+  exercise.errors.push_back(
+      {.kind = ExerciseErrorKind::kBadClip, .name = "oblique", .limit = 10 * kDegree});
+  ToolReadout& readout = trainee.scene.readouts[1];
+  readout.clips_left = 3;
+  const auto text = [&](double angle, double coverage, double gap, double to_end) {
+    readout.clip_ahead = {
+        .duct = 0, .arc = 0.02 - to_end, .length = 0.02, .angle = angle * kDegree};
+    readout.clip_ahead.coverage = coverage;
+    readout.clips_beside.gap = gap;
+    return trainee.Text().tools[1];
+  };
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "close now"));
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0196), "close now")) << "near the end that is taken out";
+  EXPECT_TRUE(Shows(text(11, 1, 0.0031, 0.0036), "do not close yet")) << "the exercise's angle";
+  EXPECT_TRUE(Shows(text(9, 0.97, 0.0031, 0.0036), "do not close yet"));
+  EXPECT_TRUE(Shows(text(9, 1, 0.0029, 0.0036), "do not close yet"));
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0034), "do not close yet"));
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0034), "2.9 mm from its end: 3 needed"));
+  exercise.errors.push_back({.kind = ExerciseErrorKind::kEarlyClip, .name = "early", .before = 1});
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "do not close yet\n|first clip the duct"));
+  trainee.health.exercise.step = 2;
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "close now")) << "that step is done";
 }
 
 TEST(TraineeText, JawsForDuctsTellHowFarTheNearestDuctIs) {
@@ -344,6 +376,30 @@ TEST(TraineeText, AHookInALayerAlsoSaysHowDeepItIsInAnOrgan) {
   trainee.health.tools[1].depth = 0.0039;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "3.9 mm into"));
+}
+
+TEST(TraineeText, AHookInALayerSaysWhichOrganIsNear) {
+  Trainee trainee;
+  trainee.names.tip_radii = {{0.0025}, {0.0015}};
+  trainee.scene.readouts[1].layer = 0;
+  trainee.health.tools[1].organ = -1;
+  trainee.scene.contacts[1].organ = 0;
+  trainee.scene.contacts[1].contact_W = Vector3d(0, 0, -0.0027);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle\n|1.2 mm from liver"));
+  trainee.scene.contacts[1].contact_W = Vector3d(0, 0, -0.0037);
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "from liver"));
+}
+
+TEST(TraineeText, APressSaysTheWayOutOfTheOrgan) {
+  Trainee trainee;
+  trainee.health.tools[1].organ = trainee.scene.contacts[1].organ = 0;
+  trainee.health.tools[1].depth = 0.0032;
+  trainee.scene.contacts[1].normal_W = Vector3d(0, 0.6, 0.8);  // the shaft is along z
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "3.2 mm into liver\n|out: pull back, up"));
+  trainee.scene.contacts[1].normal_W = Vector3d(-1, 0, 0);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "out: left"));
+  trainee.health.tools[1].depth = 0.0009;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "out:")) << "it touches";
 }
 
 TEST(TraineeText, AnInstrumentThatPressesAnOrganStillSaysHowFarItsTargetIs) {
