@@ -228,6 +228,8 @@ struct OrganRelaxation {
   bool recovering = false;   ///< kStepRecovering for this organ.
   double finite_strain_blend = 0;  ///< From StepQuality; a replay applies it.
   double refinement_weight = 0;    ///< From StepQuality; a replay applies it.
+  /// J: of a free organ's motion, and of its weight over its rest pose. 0 for others.
+  double body_energy = 0;
 };
 
 /// Effect of one instrument on the layers between organs in one step.

@@ -60,6 +60,7 @@ class FreeFlight {
   FreeFlight(double dt, double drag, const Vector3d& gravity_W);
 
   double dt() const { return dt_; }
+  const Vector3d& gravity_W() const { return gravity_W_; }
   /// Returns the way (m) of a force's impulse at the start of the step over its acceleration, s^2.
   double Yield() const { return dt_ * held_; }
   /// Moves the body by one step.

@@ -134,6 +134,17 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   Matrix3d Rotation() const override { return motion_.R_WF; }
   bool AtRest() const override { return false; }
 
+  double BodyEnergy(const Points& U) const override {
+    const double weight = -body_->mass * flight_.gravity_W().dot(body_->RigidPart(U).translation);
+    if (held_) {
+      return weight + 0.5 * (body_->mass * rate_.translation.squaredNorm() +
+                             rate_.rotation.dot(body_->inertia * rate_.rotation));
+    }
+    const Vector3d momentum_F = motion_.R_WF.transpose() * motion_.momentum_W;
+    return weight + 0.5 * (body_->mass * motion_.v_W.squaredNorm() +
+                           momentum_F.dot(body_->inertia.inverse() * momentum_F));
+  }
+
   void SetActiveFunctions(const ActiveRefinement& active) override {
     solver_->SetActiveFunctions(active);
   }

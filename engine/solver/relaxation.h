@@ -78,6 +78,10 @@ class Relaxation {
   /// identity without one.
   virtual Matrix3d Rotation() const { return Matrix3d::Identity(); }
 
+  /// Returns the energy of a body that moves as a whole, J: that of its motion, and of its weight over its
+  /// rest pose. 0 for others. `U`: the displacements of its last step, m.
+  virtual double BodyEnergy(const Points& /*U*/) const { return 0; }
+
   /// The organ as a body of a problem with others; nullptr: it takes no contacts with organs.
   virtual ContactBody* body() { return nullptr; }
 

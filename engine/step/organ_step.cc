@@ -143,9 +143,13 @@ void OrganStep::RelocateVertices(std::uint64_t step) {
 }
 
 OrganRelaxation OrganStep::Outcome() const {
-  return {state_.relaxed.iterations,          state_.relaxed.out_of_time,
-          inversion_recovery_.inverted(),     inversion_recovery_.recovering(),
-          state_.quality.finite_strain_blend, state_.quality.refinement_weight};
+  return {state_.relaxed.iterations,
+          state_.relaxed.out_of_time,
+          inversion_recovery_.inverted(),
+          inversion_recovery_.recovering(),
+          state_.quality.finite_strain_blend,
+          state_.quality.refinement_weight,
+          state_.relaxation->BodyEnergy(state_.control_displacements)};
 }
 
 void OrganStep::FillSnapshot(OrganSnapshot* shape) const {

@@ -49,9 +49,43 @@ class Judge {
   Invariant invariant_;
 };
 
+/// The energy of free organs over the steps, and how much of it they may have given to hands.
+class BodyEnergy {
+ public:
+  /// A range of it, J. A tick displays a step that is up to kLag old.
+  struct Range {
+    double least = 0, most = 0;
+  };
+
+  void Add(const StepSample& sample) {
+    double sum = 0;
+    for (int o = 0; o < sample.organ_count; ++o) sum += sample.organs[o].body_energy;
+    while (!steps_.empty() && steps_.front().first < sample.step.time_ns - kKept) {
+      steps_.pop_front();
+    }
+    steps_.emplace_back(sample.step.time_ns, sum);
+  }
+  /// Returns the range of the steps that a tick at `time_ns` may display. Such steps have been added.
+  Range At(Nanoseconds time_ns) const {
+    std::optional<Range> range;
+    for (const auto& [step_ns, energy] : steps_) {
+      if (step_ns > time_ns || step_ns < time_ns - kLag) continue;
+      if (!range) range = {energy, energy};
+      range->least = std::min(range->least, energy);
+      range->most = std::max(range->most, energy);
+    }
+    return range.value_or(Range());
+  }
+
+ private:
+  static constexpr Nanoseconds kLag = kNanosecondsPerSecond / 10, kKept = 4 * kLag;
+  std::deque<std::pair<Nanoseconds, double>> steps_;  // J, by time
+};
+
 class TickJudges {
  public:
-  TickJudges(const SessionLimits& limits, Nanoseconds period) : limits_(limits), period_(period) {}
+  TickJudges(const SessionLimits& limits, const BodyEnergy& bodies, Nanoseconds period)
+      : limits_(limits), bodies_(bodies), period_(period) {}
 
   void Add(const LoggedTick& tick) {
     const HapticSample& sample = tick.sample;
@@ -82,6 +116,7 @@ class TickJudges {
   struct ContactWork {
     double last = 0;    // s, of a contact
     double put_in = 0;  // the positive part
+    double bodies = 0;  // most energy of free organs before it
     double work = 0;
     bool judged = true;
   };
@@ -123,14 +158,16 @@ class TickJudges {
     std::copy_n(sample.tools.begin(), sample.tool_count, last_tools_.begin());
     if (!free) contact_.last = now;
     if (now - contact_.last < kReleased) return;
+    const BodyEnergy::Range bodies = bodies_.At(sample.time_ns);
     if (contact_.judged && contact_.put_in >= kLeastWork) {
-      energy_.Add(0 - contact_.work / contact_.put_in, now);
+      const double given = std::max(contact_.bodies - bodies.least, 0.0);
+      energy_.Add(0 - (contact_.work + given) / contact_.put_in, now);
     }
-    contact_ = {.last = contact_.last};
+    contact_ = {.last = contact_.last, .bodies = bodies.most};
   }
 
   void AddWork(const HapticSample& sample, double now) {
-    double energy = 0;
+    double energy = 0;  // put in by the hands
     bool free = true;
     for (int i = 0; i < sample.tool_count; ++i) {
       const ToolSample& tool = sample.tools[i];
@@ -140,12 +177,13 @@ class TickJudges {
       if ((tool.guard_flags & kGuardDisabled) != 0) free_since_.reset();
     }
     if (!free) return;
-    if (!free_since_) {
-      free_since_ = {now, energy};
-    } else if (now - free_since_->first >= kWorkWindow) {
-      work_.Add((free_since_->second - energy) / (now - free_since_->first), now);
-      free_since_ = {now, energy};
+    if (free_since_ && now - free_since_->time < kWorkWindow) return;
+    const BodyEnergy::Range bodies = bodies_.At(sample.time_ns);
+    if (free_since_) {
+      const double given = std::max(free_since_->bodies - bodies.least, 0.0);
+      work_.Add((free_since_->put_in - energy - given) / (now - free_since_->time), now);
     }
+    free_since_ = {now, energy, bodies.most};
   }
 
   void AddRepeat(const HapticSample& sample, bool has_forces, double now) {
@@ -175,14 +213,20 @@ class TickJudges {
   }
 
   const SessionLimits& limits_;
+  const BodyEnergy& bodies_;
   Nanoseconds period_;
   std::optional<int> ticks_since_output_;  // none if the last output or a tick since is lost
   std::array<Vector3d, kMaxInstruments> last_force_W_;
   std::array<ToolSample, kMaxInstruments> last_tools_;
   int restarts_ = 0;  // requests so far
   ContactWork contact_;
-  std::optional<std::pair<double, double>> free_since_;  // s, and energy (J) put in until then
-  std::vector<Phase> pattern_;                           // by time
+  /// A tick without a contact.
+  struct FreeTick {
+    double time = 0, put_in = 0,
+           bodies = 0;  // s; J by the hands until then; J of free organs, at most
+  };
+  std::optional<FreeTick> free_since_;
+  std::vector<Phase> pattern_;  // by time
   Judge ticks_{"ticks", "periods neither in the log nor skipped with a cause, at a tick", "", 0};
   Judge force_{"force", "force on a hand over its limit", "", kLimitBound};
   Judge slew_{"slew",
@@ -350,7 +394,8 @@ std::vector<Invariant> CheckInvariants(const std::string& log, const SessionLimi
                                        Nanoseconds period) {
   const MessageSchemas& schemas = MessageSchemas::Hpdm();
   Judge finite("finite", "numbers in a message that are not finite", "", 0);
-  TickJudges ticks(limits, period);
+  BodyEnergy bodies;
+  TickJudges ticks(limits, bodies, period);
   StepJudges steps(limits);
   contact_t contact;
   organ_t organ;
@@ -367,7 +412,9 @@ std::vector<Invariant> CheckInvariants(const std::string& log, const SessionLimi
     if (event.channel == kContactChannel && DecodeMessage(event.data, &contact)) {
       StepSample sample;
       std::int64_t visible_tick = kNeverVisible;
-      if (FromMessage(contact, &sample, &visible_tick)) steps.Add(sample, visible_tick);
+      if (!FromMessage(contact, &sample, &visible_tick)) return;
+      steps.Add(sample, visible_tick);
+      bodies.Add(sample);
     } else if (event.channel == kOrganChannel && DecodeMessage(event.data, &organ)) {
       OrganSnapshot shape;
       if (!FromMessage(organ, &shape)) return;

@@ -22,7 +22,8 @@ struct SessionLimits {
   /// By organ: the number of its group, which is the first organ of it. Organs of one group can push
   /// each other, so a tool on one may move them all. Empty: each organ is alone.
   std::vector<std::size_t> pushing = {};
-  bool still = true;  ///< True if organs do not move by themselves: all work comes from the hands.
+  /// True if nothing drives organs: all work comes from the hands, and from the energy of free organs.
+  bool still = true;
 };
 
 /// A condition judged over a whole session.
@@ -52,14 +53,15 @@ struct Invariant {
 ///            is a change across a lost tick
 ///   energy   share of the work put into a contact that the hands got back beyond it: of the displayed
 ///            force, which energy tank and passivity controller limit, from the first touch of any tool until all have been free for 0.1 s.
-///            The organs are then at rest, so friction can only make it negative; a tool that loses
-///            its place for a tick does not end the contact. Judged under the condition of
+///            Organs that something holds are then at rest, so friction can only make it negative. What free
+///            organs have given away of the energy of their motion and weight counts as put in. A tool that
+///            loses its place for a tick does not end the contact. Judged under the condition of
 ///            `work`, from 0.1 mJ put in. A contact in which jaws hold is exempt: they do work
 ///            themselves, and tissue that they let go keeps what it had stored. So is one with a
 ///            lost or skipped tick, a pause, a restart of the exercise, or a tick whose output a thinned log leaves out
 ///   work     W given to all hands together, the mean between two contact-free moments at least
-///            a second apart. It would be energy from nothing; judged only if the hands alone do
-///            work (SessionLimits::still). A late patch gives tenths of a milliwatt. Jaws that
+///            a second apart, less what free organs have given away. It would be energy from nothing; judged
+///            only if nothing drives organs (SessionLimits::still). A late patch gives tenths of a milliwatt. Jaws that
 ///            close on pressed tissue give millijoules each time. A contact that chatters by 1 mm
 ///            at 30 Hz gives a hand of 5 N s/m 89 mW
 ///   rest     m, distance of a control point, local function or indentation from its value before

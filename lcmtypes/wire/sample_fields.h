@@ -123,7 +123,8 @@ inline constexpr std::tuple kRelaxation{
     Field({.name = "organs.finite_strain_blend", .range = kShare},
           &organ_relaxation_t::finite_strain_blend, &OrganRelaxation::finite_strain_blend),
     Field({.name = "organs.refinement_weight", .range = kShare},
-          &organ_relaxation_t::refinement_weight, &OrganRelaxation::refinement_weight)};
+          &organ_relaxation_t::refinement_weight, &OrganRelaxation::refinement_weight),
+    Field({"organs.body_energy"}, &organ_relaxation_t::body_energy, &OrganRelaxation::body_energy)};
 inline constexpr std::tuple kAttachment{
     Field({"attachments.load_W"}, &attachment_outcome_t::load, &AttachmentOutcome::load_W),
     Field({.name = "attachments.largest_damage", .range = kShare},

@@ -33,10 +33,12 @@ std::optional<double> SettlesIn(const OrganOptions& organ) {
   return settled + kCreeps * slowest * prony.InstantaneousFactor();
 }
 
-// True if the organ moves without tools: it breathes, or is free.
-bool Moves(const OrganOptions& organ) {
-  return organ.free || (organ.motion.frequency != 0 && !organ.motion.displacement_W.isZero(0));
+bool Breathes(const OrganOptions& organ) {
+  return organ.motion.frequency != 0 && !organ.motion.displacement_W.isZero(0);
 }
+
+// True if the organ moves without tools: it breathes, or is free.
+bool Moves(const OrganOptions& organ) { return organ.free || Breathes(organ); }
 
 // Returns for each organ the first of the organs that it touches by [[contact]], directly or through
 // others; itself if there is none before it.
@@ -87,7 +89,7 @@ SessionLimits LimitsOf(const Scene& scene) {
     limits.tools.push_back(
         {.max_force = device.max_force, .slew = device.max_force_rate / scene.timing.haptic_hz});
   }
-  limits.still = OrgansAreStill(scene);
+  limits.still = std::none_of(scene.organs.begin(), scene.organs.end(), Breathes);
   limits.pushing = FirstPushing(scene.organs);
   std::vector<bool> carried(scene.organs.size());  // by the first organ: one of them moves
   for (std::size_t o = 0; o < scene.organs.size(); ++o) {

@@ -67,6 +67,50 @@ TEST(FreeOrgan, FallsAsABodyWithDrag) {
   }
 }
 
+double BodyEnergy(const OrganBench& bench, int o) {
+  return bench.organ(o).relaxation->BodyEnergy(bench.organ(o).control_displacements);
+}
+
+// By the mesh's volume and the closed form of v and of the height.
+TEST(FreeOrgan, ItsEnergyIsThatOfItsMotionAndWeight) {
+  for (const double drag : {0.0, 0.5, 4.0}) {
+    OrganBench bench;
+    bench.Add(FreeOptionsOf(drag, Vector3d(0, 0, -kG)), Block(0));
+    bench.Start();
+    const double mass = 1060 * kSides.prod();
+    for (int k = 1; k <= 30; ++k) {
+      bench.Step();
+      const double t = k / 30.0, fallen = ClosedFormFall(drag, t);
+      const double v = drag > 0 ? -kG / drag * std::expm1(-drag * t) : kG * t;
+      EXPECT_NEAR(BodyEnergy(bench, 0), mass * (v * v / 2 - kG * fallen), 1e-6 * mass * kG * fallen)
+          << drag << ' ' << k;
+    }
+  }
+}
+
+// A blow beside its centre turns a stiff block about y. The speed of its vertices gives its energy.
+TEST(FreeOrgan, ItsEnergyHasThatOfItsTurning) {
+  OrganBench bench;
+  OrganOptions options = FreeOptionsOf(0, Vector3d::Zero());
+  options.material.young = 1e9;
+  bench.Add(options, Block(0));
+  bench.Start();
+  const double touching = kSides.z() + ToolGeometry{}.tip_radius;
+  bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching + 0.001)));
+  bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching - 0.001)));
+  bench.Step();
+  const Matrix3d R = bench.organ(0).relaxation->Rotation();
+  const double energy = BodyEnergy(bench, 0), z = MassCentre(bench, 0).z();
+  bench.Step();
+  const Eigen::AngleAxisd turn(bench.organ(0).relaxation->Rotation() * R.transpose());
+  const double rate = 30 * turn.angle(), v = 30 * (MassCentre(bench, 0).z() - z);
+  const double mass = 1060 * kSides.prod();
+  const double inertia = mass / 12 * (kSides.x() * kSides.x() + kSides.z() * kSides.z());
+  const double turning = inertia * rate * rate / 2;
+  EXPECT_GT(turning, 0.2 * energy);
+  EXPECT_NEAR((turning + mass * v * v / 2) / energy, 1, 0.01);
+}
+
 // Weight by the mesh's volume, not by the model's mass. The block comes down by 36 mm a step.
 TEST(FreeOrgan, AFloorStopsItWithoutABounceAndHoldsItByItsWeight) {
   for (const double friction : {0.0, 0.1}) {

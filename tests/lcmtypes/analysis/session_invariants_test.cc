@@ -323,6 +323,32 @@ TEST_F(SessionInvariants, NameAContactThatGivesEnergy) {
   EXPECT_EQ(Broken(), "") << "jaws do work";
 }
 
+// A contact takes 5 mJ and gives 5 % more back, of which 3 % are allowed.
+TEST_F(SessionInvariants, LetAFreeOrganGiveWhatItHas) {
+  const auto more = [](Tick* tick) {
+    if (tick->output.tick % 400 >= 300) tick->output.tools[0].force_W *= 1.05;
+  };
+  const auto falls = [](double power) {
+    return [=](Step* step) {
+      step->sample.organs[0].body_energy = -power * ToSeconds(step->sample.step.time_ns);
+    };
+  };
+  WriteSession(more, falls(0.8e-3));  // 0.3 s and 0.1 of patches
+  EXPECT_EQ(Broken(), "");
+  EXPECT_NEAR(Find("energy").worst, 0.05 - 0.8e-3 * 0.33 / 0.005, 0.025);
+  WriteSession(more, falls(0.1e-3));
+  EXPECT_EQ(Broken(), "energy") << "it has given less";
+  WriteSession(more, falls(-1));
+  EXPECT_EQ(Broken(), "energy") << "it has taken more";
+  const auto gains = [](Tick* tick) {
+    tick->output.tools[0].energy -= 0.03 * ToSeconds(tick->output.time_ns);
+  };
+  WriteSession(gains, falls(0.02));
+  EXPECT_EQ(Broken(), "");
+  WriteSession(gains, falls(0.005));
+  EXPECT_EQ(Broken(), "work");
+}
+
 // The tissue still holds the energy: the steps release it later.
 TEST_F(SessionInvariants, LetAToolLoseItsPlaceForATick) {
   WriteSession([](Tick* tick) {
