@@ -73,7 +73,8 @@ void ShaftTracker::KeepPlace(const Input& input, const TickContactPoint& contact
   const bool pressed = contact.touching && contact.organ >= 0;
   const bool lost = contact_point.known_organ != contact.organ ||
                     (contact_point.organ >= 0 && contact_point.triangle < 0);
-  contact.from_tick = contact_point.organ >= 0 && contact_point.triangle >= 0;
+  contact.from_tick = contact_point.organ >= 0 && contact_point.triangle >= 0 &&
+                      !input.pierced[ToSize(contact_point.organ)];
   contact.normal_W.setZero();
   contact.friction_W.setZero();
   place->ahead = false;
@@ -116,6 +117,7 @@ bool ShaftTracker::Counts(const Input& input, const OrganStep& organ,
 void ShaftTracker::FindCandidates(const Input& input, const std::vector<OrganStep>& organs) {
   candidates_.count = 0;
   for (std::size_t o = 0; o < organs.size(); ++o) {
+    if (input.pierced[o]) continue;
     // The parts of the axis that are kShaftApart from other places on the organ.
     std::array<Part, 2 * kShaftPlaces + 1> parts{Part{0, ends_[o]}};
     std::size_t count = 1;

@@ -43,6 +43,7 @@ class ShaftTracker {
     double below = 0;     ///< m of the shaft below the surface, behind the tip.
     int held_organ = -1;  ///< The organ that `grasp` holds.
     const Grasp* grasp = nullptr;
+    std::array<bool, kMaxOrgans> pierced{};  ///< Organs that meet nothing of the tool.
   };
 
   /// Forgets the contacts of another instrument.

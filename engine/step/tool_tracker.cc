@@ -72,6 +72,20 @@ void ToolTracker::LetGo() {
   shaft_.Release();
   for (Place& place : places_) place.contact = {};
   started_ = false;
+  has_let_go_ = true;
+}
+
+// Finds the organs that the tool's axis enters, of those that it was in when it let go.
+void ToolTracker::FindPierced(const ToolPose& tool, const std::vector<OrganStep>& organs) {
+  if (has_let_go_) pierced_.fill(true);
+  has_let_go_ = false;
+  for (std::size_t o = 0; o < organs.size(); ++o) {
+    if (!pierced_[o]) continue;
+    const OrganState& state = organs[o].state();
+    const SurfaceHit entry = state.tree.FirstEntry(tool.p_trocar_W - state.offset_W,
+                                                   tool.X_WT.translation() - state.offset_W);
+    pierced_[o] = entry.at.triangle >= 0;
+  }
 }
 
 void ToolTracker::Track(const ToolPose& tool,
@@ -80,6 +94,7 @@ void ToolTracker::Track(const ToolPose& tool,
   TakeInstrument(tool);
   if (tool.jaw > kJawLetsGo) grasp_.Release();
   grasp_.Slip(contact_points[holding_place_].slip_T, geometry());
+  FindPierced(tool, *organs);
   for (std::size_t p = 0; p < places_.size(); ++p) {
     KeepPlace(tool, contact_points[p], *organs, &places_[p]);
   }
@@ -93,7 +108,7 @@ void ToolTracker::Track(const ToolPose& tool,
     if (place.contact.organ >= 0) below = std::max(below, -place.contact.gap);
   }
   const int held = grasp_.holds() ? places_[holding_place_].contact.organ : -1;
-  shaft_.Track({tool, geometry(), below, held, &grasp_},
+  shaft_.Track({tool, geometry(), below, held, &grasp_, pierced_},
                std::span(contact_points).last<kShaftPlaces>(), organs);
   p_tip_last_W_ = tool.X_WT.translation();
   jaw_last_ = tool.jaw;
@@ -115,7 +130,8 @@ void ToolTracker::KeepPlace(const ToolPose& tool, const TickContactPoint& contac
   const bool holds = Holds(*place);
   contact.normal_W.setZero();
   contact.friction_W.setZero();
-  contact.from_tick = !holds && contact_point.organ >= 0 && contact_point.triangle >= 0;
+  contact.from_tick = !holds && contact_point.organ >= 0 && contact_point.triangle >= 0 &&
+                      !pierced_[ToSize(contact_point.organ)];
   // The tick has lost the contact or holds it on the coarse surface.
   const bool lost = contact_point.known_organ != contact.organ ||
                     (contact_point.organ >= 0 && contact_point.triangle < 0);
@@ -156,6 +172,7 @@ void ToolTracker::FindCandidates(const ToolPose& tool, const std::vector<OrganSt
   candidates_.count = 0;
   for (std::size_t o = 0; o < organs.size(); ++o) {
     const int organ = static_cast<int>(o);
+    if (pierced_[o]) continue;
     if (!IsTaken(organ)) {
       Candidate& candidate = candidates_.list[candidates_.count];
       candidate = {};

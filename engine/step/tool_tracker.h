@@ -31,6 +31,7 @@ namespace hpdm {
 ///    only: the step prefetches. Their dents yield to each other's force like a half-space.
 /// 5. A place is kept from step to step, so that the tick does not lose its contact. What the jaws
 ///    hold has one place only.
+/// 6. Tissue that has returned onto a tool that let go (LetGo) meets nothing of it until the tool is out.
 class ToolTracker {
  public:
   static constexpr double kReach = 0.06;  ///< m: no patch beyond this distance.
@@ -93,6 +94,7 @@ class ToolTracker {
     return grasp_.holds() && &place == &places_[holding_place_];
   }
   void TakeInstrument(const ToolPose& tool);
+  void FindPierced(const ToolPose& tool, const std::vector<OrganStep>& organs);
   void KeepPlace(const ToolPose& tool, const TickContactPoint& contact_point,
                  const std::vector<OrganStep>& organs, Place* place);
   void FindCandidates(const ToolPose& tool, const std::vector<OrganStep>& organs);
@@ -117,6 +119,9 @@ class ToolTracker {
   std::vector<ToolGeometry> geometries_;
   std::size_t instrument_index_ = 0;
   bool started_ = false;
+  bool has_let_go_ = false;  // since the last step
+  std::array<bool, kMaxOrgans>
+      pierced_{};  // organs that the tool was in when it let go, and still is
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;
 

@@ -9,7 +9,7 @@
 namespace hpdm {
 
 struct EnergyTankOptions {
-  bool control = true;    ///< False where organs move by themselves: not all work is the hands'.
+  bool control = true;    ///< False where organs breathe: not all work is the hands'.
   double period = 1e-3;   ///< s, haptic period.
   double reserve = 2e-6;  ///< J that the hands may get beyond what they put in.
   double released = 0.1;  ///< s without a contact after which the organs are at rest.
@@ -32,7 +32,8 @@ struct EnergyTankOptions {
 ///    out it changes without a step, and springs that store E are left at its end. A force that fades out
 ///    after its contact stores nothing: its share falls with what is left of E.
 /// 4. Where a tip jumps, the tank starts with what the springs store there.
-/// 5. A contact in which jaws hold is not limited, until all tools are free: jaws do work themselves.
+/// 5. A free organ's fall is not in E: what it pushes a hand back by fades out.
+/// 6. A contact in which jaws hold is not limited, until all tools are free: jaws do work themselves.
 ///
 /// Haptic thread; wait-free, no allocation, never throws.
 class EnergyTank {

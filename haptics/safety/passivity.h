@@ -10,7 +10,8 @@ namespace hpdm {
 
 struct PassivityOptions {
   bool control = true;  ///< If false, energy is only observed.
-  bool still = true;    ///< No organ moves by itself: all energy in tissue is the hands'.
+  /// Nothing drives organs: but for that of free organs, all energy in tissue is the hands'.
+  bool still = true;
   DeviceAxes device = AxesOf({});  ///< The device's own dissipation and inertia.
   double period = 1e-3;            ///< s, haptic period.
 

@@ -54,6 +54,7 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const Exerci
   }
   if (status.restarts > 0 && status.time - status.restarted < kRestartShown) {
     lines.push_back({"begins again: instruments have let go", Tone::kWarning});
+    lines.push_back({"and touch organs once they are outside", Tone::kWarning});
   }
   for (std::size_t s = 0; s < std::min({step, exercise.steps.size(), kShownSteps}); ++s) {
     if (status.time - status.step_times[s] > kDoneShown) continue;
@@ -121,7 +122,7 @@ std::vector<StatusLine> ResultLines(const ExerciseStatus& status, const Exercise
                      {},
                      Format("\u2212%g", count * exercise.errors[rule].points)});
   }
-  lines.push_back({"a key ends the session (s: screenshot)", Tone::kDim});
+  lines.push_back({"Esc ends the session (s: screenshot)", Tone::kDim});
   return lines;
 }
 

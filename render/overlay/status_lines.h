@@ -10,14 +10,17 @@
 /// Helpers that the parts of the status text share.
 namespace hpdm {
 
-/// Adds a text in lines of up to about 36 bytes: more would reach into the blocks of the instruments.
-inline void AddWrapped(const std::string& text, Tone tone, std::vector<StatusLine>* lines) {
-  constexpr std::size_t kMaxLine = 36;
+/// Bytes of a line of the guidance: more would reach into the blocks of the instruments; and of those blocks.
+inline constexpr std::size_t kGuidanceLine = 36, kToolLine = 26;
+
+/// Adds a text in lines of up to about `most` bytes.
+inline void AddWrapped(const std::string& text, Tone tone, std::vector<StatusLine>* lines,
+                       std::size_t most = kGuidanceLine) {
   for (std::size_t begin = 0; begin < text.size();) {
     std::size_t end = text.size();
-    if (end - begin > kMaxLine) {
-      const std::size_t space = text.rfind(' ', begin + kMaxLine);
-      end = space == std::string::npos || space <= begin ? text.find(' ', begin + kMaxLine) : space;
+    if (end - begin > most) {
+      const std::size_t space = text.rfind(' ', begin + most);
+      end = space == std::string::npos || space <= begin ? text.find(' ', begin + most) : space;
       end = std::min(end, text.size());
     }
     lines->push_back({text.substr(begin, end - begin), tone});

@@ -52,10 +52,21 @@ struct NearestDuct {
   Vector3d near_W = Vector3d::Zero();                    // on its axis
 };
 
-NearestDuct NearestDuctTo(const Vector3d& p_W, const SceneSnapshot& scene,
-                          const StatusNames& names) {
+// True if the present step of the exercise asks for other ducts than this one.
+bool AsksForOthers(const Status& status, const StatusNames& names, std::size_t duct) {
+  const auto step = ToSize(status.health.exercise.step);
+  if (!names.exercise || step >= names.exercise->steps.size()) return false;
+  const ExerciseStepOptions& present = names.exercise->steps[step];
+  const auto number = static_cast<int>(duct);
+  return (!present.clips.empty() || !present.cuts.empty()) && !Contains(present.clips, number) &&
+         !Contains(present.cuts, number);
+}
+
+NearestDuct NearestDuctTo(const Vector3d& p_W, const Status& status, const StatusNames& names) {
+  const SceneSnapshot& scene = status.scene;
   NearestDuct nearest;
   for (std::size_t d = 0; d < std::min(scene.ducts.size(), names.duct_radii.size()); ++d) {
+    if (AsksForOthers(status, names, d)) continue;
     const DuctSnapshot& duct = scene.ducts[d];
     for (int i = 0; i + 1 < duct.nodes; ++i) {
       if (duct.segments[ToSize(i)] == SegmentState::kGap) continue;
@@ -100,14 +111,15 @@ void AddWayLines(const Status& status, int tool, const Vector3d& from_W, const V
 // m up to which jaws that close on ducts are said to be near one.
 constexpr double kDuctShown = 0.06;
 
-// Adds how far an instrument is from its target: jaws that close on ducts, with their middle, from one, a hook
-// from the layer to free. False without a target.
+// Adds how far an instrument is from its target. That of jaws that close on ducts, measured from their
+// middle, is the nearest duct that the exercise asks for; that of a hook is the layer to free. False without
+// a target.
 bool AddTargetLines(const Status& status, const StatusNames& names, int tool,
                     std::vector<StatusLine>* lines) {
   const ToolPose& pose = status.scene.tools[tool];
   if (const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index); jaws > 0) {
     const Vector3d middle_W = pose.X_WT * Vector3d(0, 0, jaws / 2);
-    const auto [duct, gap, near_W] = NearestDuctTo(middle_W, status.scene, names);
+    const auto [duct, gap, near_W] = NearestDuctTo(middle_W, status, names);
     if (gap < kDuctShown) {
       AddWayLines(status, tool, middle_W, near_W, gap, names.ducts[duct], lines);
       return true;
@@ -123,7 +135,7 @@ bool AddTargetLines(const Status& status, const StatusNames& names, int tool,
   return false;
 }
 
-// m: a press less deep does not hide what a hook burns, and needs no way out.
+// m: a press less deep needs no way out.
 constexpr double kDepthShown = 0.001;
 
 // Adds how deep the tip is in the organ that it presses, and the way out of it: "3.2 mm into liver", "out: pull
@@ -160,6 +172,19 @@ bool AddDistanceLine(const Status& status, const StatusNames& names, int tool, d
   return true;
 }
 
+// Adds how far what the jaws hold is from the place that the exercise's present step names.
+void AddWayOfHeld(const Status& status, const StatusNames& names, int tool,
+                  std::vector<StatusLine>* lines) {
+  const auto step = ToSize(status.health.exercise.step);
+  if (!names.exercise || step >= names.exercise->steps.size()) return;
+  const ExerciseStepOptions& present = names.exercise->steps[step];
+  const SolvedContact& contact = status.scene.contacts[tool];
+  const int held = status.scene.tools[tool].instrument_index;
+  if (!present.at_W || !present.holds || !IsHold(*present.holds, contact, tool, held)) return;
+  const double gap = (*present.at_W - contact.contact_W).norm() - present.within;
+  AddWayLines(status, tool, contact.contact_W, *present.at_W, gap, "its place", lines);
+}
+
 // Adds what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm into
 // liver", "12 mm from liver", or "free" if no organ is near; and how far its target is.
 void AddContactLines(const Status& status, const StatusNames& names, int tool,
@@ -168,6 +193,7 @@ void AddContactLines(const Status& status, const StatusNames& names, int tool,
   const SolvedContact& contact = status.scene.contacts[tool];
   if (HoldsOrgan(contact)) {
     lines->push_back({"holds " + OrganName(names, contact.organ), Tone::kGood});
+    AddWayOfHeld(status, names, tool, lines);
     return;
   }
   const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
@@ -175,10 +201,17 @@ void AddContactLines(const Status& status, const StatusNames& names, int tool,
     const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
     lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": not yet"),
                       wanted ? Tone::kGood : Tone::kWarning});
-    if (health.organ >= 0 && health.depth > kDepthShown) {
-      AddDepthLines(status, names, tool, Tone::kWarning, lines);
-    } else if (health.organ < 0) {
+    const bool touches = health.organ >= 0;
+    if (wanted && status.to_free >= 0) {
+      lines->push_back(
+          {touches ? "do not burn" : "burn now", touches ? Tone::kWarning : Tone::kGood});
+    }
+    if (!touches) {
       AddDistanceLine(status, names, tool, kNearOrgan, lines);
+    } else if (health.depth > kDepthShown) {
+      AddDepthLines(status, names, tool, Tone::kWarning, lines);
+    } else {
+      lines->push_back({"touches " + OrganName(names, health.organ), Tone::kWarning});
     }
     if (!wanted) AddTargetLines(status, names, tool, lines);
     return;
@@ -306,6 +339,9 @@ void AddReadout(const Status& status, const StatusNames& names, int tool,
       {Format("%.0f mm from ", 1e3 * readout.missed_by) + names.ducts[duct], Tone::kWarning});
 }
 
+// N by which the force on tissue differs from that on the hand where it is shown.
+constexpr double kForceShown = 0.5;
+
 }  // namespace
 
 std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names, int tool) {
@@ -322,9 +358,17 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
       lines.push_back({"wheel up brings it in", Tone::kWarning});
     }
   }
-  AddReadout(status, names, tool, &lines);
-  AddContactLines(status, names, tool, &lines);
+  std::vector<StatusLine> facts;
+  AddReadout(status, names, tool, &facts);
+  AddContactLines(status, names, tool, &facts);
+  for (const StatusLine& fact : facts) AddWrapped(fact.text, fact.tone, &lines, kToolLine);
   const double force = health.force_W.norm(), limit = status.limits.force;
+  // The hand feels less than the tissue where the guard limits the force.
+  const double on_tissue = status.scene.contacts[tool].force_on_tissue_W.norm();
+  if (on_tissue > force + kForceShown) {
+    lines.push_back(
+        {Format("%.1f N on tissue", on_tissue), on_tissue > limit ? Tone::kAlarm : Tone::kPlain});
+  }
   lines.push_back({Format("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
                    std::clamp(force / (kBarLimits * limit), 0.0, 1.0)});
   lines.push_back({Format("peak %.2f N", health.peak_force), Tone::kDim});

@@ -103,6 +103,25 @@ TEST_F(HeldBlock, ClosedJawsLetGoAndHoldNothingUntilTheyOpen) {
   EXPECT_EQ(bench_.patch.Front().tools[0].main().kind, ContactKind::kGrasp);
 }
 
+// The tool stands 8 mm deep in a dent when the tissue returns onto it.
+TEST_F(HeldBlock, TissueThatReturnsOntoAToolMeetsItOnlyOnceTheToolIsOut) {
+  Leave();
+  bench_.Reach(1);
+  Leave();
+  const Points rest = Shape();
+  Press(0.008, 5);
+  ASSERT_GT(bench_.ToolForce(0).norm(), 0.05);
+  bench_.Restart(1);
+  for (const double height : {-0.008, -0.008, -0.012, -0.006, -0.001}) {
+    bench_.Step(Over(height));
+    EXPECT_EQ(bench_.ToolForce(0).norm(), 0) << height;
+    EXPECT_EQ((Shape() - rest).norm(), 0);
+  }
+  bench_.Step(Over(0.006));
+  bench_.Step(Over(-0.004));
+  EXPECT_GT(bench_.ToolForce(0).norm(), 0.02) << "it has been out";
+}
+
 TEST_F(HeldBlock, AReplayKeepsTheRecordedQualityInTheStepThatReturns) {
   Leave();
   bench_.Reach(1);

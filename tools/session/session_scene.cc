@@ -79,7 +79,7 @@ Scene LoadRecordedScene(const std::filesystem::path& path) {
 }
 
 bool OrgansAreStill(const Scene& scene) {
-  return std::none_of(scene.organs.begin(), scene.organs.end(), Moves);
+  return std::none_of(scene.organs.begin(), scene.organs.end(), Breathes);
 }
 
 SessionLimits LimitsOf(const Scene& scene) {
@@ -89,7 +89,7 @@ SessionLimits LimitsOf(const Scene& scene) {
     limits.tools.push_back(
         {.max_force = device.max_force, .slew = device.max_force_rate / scene.timing.haptic_hz});
   }
-  limits.still = std::none_of(scene.organs.begin(), scene.organs.end(), Breathes);
+  limits.still = OrgansAreStill(scene);
   limits.pushing = FirstPushing(scene.organs);
   std::vector<bool> carried(scene.organs.size());  // by the first organ: one of them moves
   for (std::size_t o = 0; o < scene.organs.size(); ++o) {

@@ -15,7 +15,7 @@ std::filesystem::path SceneBeside(const std::filesystem::path& log);
 /// files.
 Scene LoadRecordedScene(const std::filesystem::path& path);
 
-/// True if no organ moves by itself, by breathing or as a free body: all work is then the hands'.
+/// True if nothing drives organs: none breathes. All work then comes from the hands and from free organs.
 bool OrgansAreStill(const Scene& scene);
 
 /// Returns the limits that all sessions of a scene keep to.

@@ -35,20 +35,12 @@ std::vector<std::jthread> StartLink(DeviceLink* link) {
   return threads;
 }
 
-// s after an exercise's end in which only Esc ends the session: the user may just press keys.
-constexpr double kResultShown = 2;
-
 // True once the scene's exercise is over and no window shows its result. In a window the session then
-// pauses until the user presses a key.
-bool ExerciseOver(const Loops& loops, const SessionClock& clock, bool has_window,
-                  Nanoseconds* ended_ns) {
+// pauses until the user ends it.
+bool ExerciseOver(const Loops& loops, bool has_window, bool* ended) {
   if (!loops.telemetry.ExerciseEnded()) return false;
   if (!has_window) return true;
-  if (*ended_ns < 0) {
-    *ended_ns = clock.Now();
-    loops.window->SetPaused(true);
-  }
-  if (ToSeconds(clock.Now() - *ended_ns) >= kResultShown) loops.window->EndAtAnyKey();
+  if (!std::exchange(*ended, true)) loops.window->SetPaused(true);
   return false;
 }
 
@@ -73,9 +65,9 @@ void PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
                     RunRecord* record) {
   bool has_window = loops.window != nullptr;
   bool& ended = record->ended_by_user;
-  Nanoseconds exercise_ended_ns = -1;
+  bool exercise_ended = false;
   while (!over.stop_requested() && !ended && !record->ended_by_exercise) {
-    record->ended_by_exercise = ExerciseOver(loops, clock, has_window, &exercise_ended_ns);
+    record->ended_by_exercise = ExerciseOver(loops, has_window, &exercise_ended);
     HearTeacher(loops, clock.Now(), has_window);
     if (has_window && loops.window->lost()) {
       loops.window->Resume();
@@ -93,7 +85,7 @@ void PassOnControls(const Loops& loops, const SessionClock& clock, const std::st
     }
   }
   // The key that closes the result does not end the session earlier than the exercise.
-  if (exercise_ended_ns >= 0) {
+  if (exercise_ended) {
     record->ended_by_exercise = true;
     ended = false;
   }

@@ -103,7 +103,6 @@ void TrainerInput::Take(const WindowEvent& event) {
 }
 
 void TrainerInput::Press(int key) {
-  if (any_key_ends_ && key != 's') ended_ = true;
   switch (key) {
     case kKeyEscape:
       ended_ = true;

@@ -64,9 +64,6 @@ class TrainerInput {
   /// Asks for a restart of the exercise, as the key Backspace does. `step`: as in RestartRequest.
   void Restart(int step);
 
-  /// Lets any key that is pressed from now on end the session, but that of the screenshot.
-  void EndAtAnyKey() { any_key_ends_ = true; }
-
   const ViewSettings& view() const { return view_; }
   const SessionControl& control() const { return control_; }
   const HandTarget& target(int instrument) const { return targets_[instrument]; }
@@ -108,7 +105,6 @@ class TrainerInput {
   std::set<int> held_;
   GamepadEvent gamepad_;
   double wheel_rests_ = 0;  // s since the wheel turned
-  bool any_key_ends_ = false;
   bool pad_grips_ = false;  // the gamepad's grip is held, since the present second hand is one
   bool grips_ = false;      // the left button is held
   bool twists_ = false;     // the right button is held

@@ -43,9 +43,6 @@ class TrainerWindow {
   /// Asks for a restart of the exercise, as the key does. `step`: as in RestartRequest.
   void Restart(int step) { input_.Restart(step); }
 
-  /// Lets any key that is pressed from now on end the session, but that of the screenshot.
-  void EndAtAnyKey() { input_.EndAtAnyKey(); }
-
   /// Ends a pause after the window is lost, when no key can end it.
   void Resume();
 

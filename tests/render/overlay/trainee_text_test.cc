@@ -162,7 +162,7 @@ TEST(TraineeText, AnExercisesResultListsItsStepsAndErrors) {
   EXPECT_TRUE(Shows(text.banner, "\u2013|clip the duct"));
   EXPECT_TRUE(Shows(text.banner, "\u221212|clip oblique, loose, or too near (3 times)"));
   EXPECT_FALSE(Shows(text.banner, "clip lost"));
-  EXPECT_TRUE(Shows(text.banner, "a key ends the session"));
+  EXPECT_TRUE(Shows(text.banner, "Esc ends the session"));
 }
 
 TEST(TraineeText, TheKeysStandAlone) {
@@ -250,11 +250,11 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "push in to cover it")) << "it is at the tip";
   readout.clip_ahead.place_W = Vector3d(0, 0, 0.009);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "pull back to cover it"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the tube, other hand"))
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the\n|tube, other hand"))
       << "no roll helps";
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "no clip yet";
   readout.clips_beside.gap = 0.0024;  // between the middles of clips of 1 mm
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "1.4 mm from a clip: 2 needed"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "1.4 mm from a clip: 2\n|needed"));
   readout.clips_beside.gap = 0.0031;
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip"));
   readout.clips_left = -1;
@@ -283,7 +283,7 @@ TEST(TraineeText, AClipApplierMayCloseOnlyWhereTheExerciseCountsTheClipAsGood) {
   EXPECT_TRUE(Shows(text(9, 0.97, 0.0031, 0.0036), "do not close yet"));
   EXPECT_TRUE(Shows(text(9, 1, 0.0029, 0.0036), "do not close yet"));
   EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0034), "do not close yet"));
-  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0034), "2.9 mm from its end: 3 needed"));
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0034), "2.9 mm from its end: 3\n|needed"));
   exercise.errors.push_back({.kind = ExerciseErrorKind::kEarlyClip, .name = "early", .before = 1});
   EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "do not close yet\n|first clip the duct"));
   trainee.health.exercise.step = 2;
@@ -305,10 +305,41 @@ TEST(TraineeText, JawsForDuctsTellHowFarTheNearestDuctIs) {
   }
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to cystic duct"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "18 mm: right")) << "from the jaws' middle";
+  trainee.names.exercise->steps[1].clips = {1};
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "to cystic artery")) << "the present step's";
+  trainee.names.exercise->steps[1].clips = {};
+  trainee.names.exercise->steps[1].cuts = {1};
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "to cystic artery"));
+  trainee.names.exercise->steps[1].cuts = {};
   trainee.scene.ducts[0].segments[0] = SegmentState::kGap;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "29 mm: right"));
   trainee.scene.ducts[1].nodes_W[0].x() = trainee.scene.ducts[1].nodes_W[1].x() = 0.08f;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));
+}
+
+TEST(TraineeText, TheForceOnTissueIsShownWhereTheHandFeelsLess) {
+  Trainee trainee;
+  trainee.health.tools[1].force_W = Vector3d(0, 0, 2.4);
+  trainee.scene.contacts[1].force_on_tissue_W = Vector3d(0, 0, -2.8);
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "on tissue"));
+  trainee.scene.contacts[1].force_on_tissue_W = Vector3d(0, 0, -7.21);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "7.2 N on tissue\n|2.40 N"));
+}
+
+TEST(TraineeText, WhatIsToBeCarriedSaysHowFarItsPlaceIs) {
+  Trainee trainee;
+  ExerciseStepOptions& step = trainee.names.exercise->steps[1];
+  step.holds = {.organ = 1};
+  SolvedContact& contact = trainee.scene.contacts[0];
+  contact.kind = ContactKind::kGrasp;
+  contact.organ = 1;
+  contact.contact_W = Vector3d(0.01, 0, 0);
+  EXPECT_FALSE(Shows(trainee.Text().tools[0], "to its place"));
+  step.at_W = Vector3d(-0.06, 0, 0.01);
+  step.within = 0.02;
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "holds gallbladder\n|to its place\n|51 mm: left"));
+  contact.organ = 0;
+  EXPECT_FALSE(Shows(trainee.Text().tools[0], "to its place")) << "another organ";
 }
 
 TEST(TraineeText, ARestartIsShownForAWhile) {
@@ -372,7 +403,8 @@ TEST(TraineeText, AHookInALayerAlsoSaysHowDeepItIsInAnOrgan) {
   trainee.scene.readouts[1].layer = 0;
   trainee.health.tools[1].organ = 0;
   trainee.health.tools[1].depth = 0.0004;
-  EXPECT_FALSE(Shows(trainee.Text().tools[1], "mm into")) << "it touches";
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "mm into"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "touches liver")) << "and would burn it";
   trainee.health.tools[1].depth = 0.0039;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "3.9 mm into"));
@@ -467,10 +499,13 @@ TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in")) << "there already";
   EXPECT_TRUE(Shows(trainee.Text().tools[0], "free")) << "a grasper";
   trainee.scene.readouts[1].layer = 0;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: not yet"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: not\n|yet"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = 1;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|burn now"));
+  trainee.health.tools[1].organ = 0;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|do not burn\n|touches liver"));
+  trainee.health.tools[1].organ = -1;
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "not yet"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = -1;

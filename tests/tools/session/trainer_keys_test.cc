@@ -119,18 +119,5 @@ TEST_F(TrainerKeys, BackspaceAsksForThePresentStepAgainAndWithShiftForTheOneBefo
   EXPECT_EQ(input.control().restart.step, 3);
 }
 
-TEST_F(TrainerKeys, AfterTheExerciseAnyKeyEndsTheSession) {
-  TrainerInput input = Input();
-  Type(&input, 'e');
-  input.EndAtAnyKey();
-  input.Handle(KeyEvent{'e', false});
-  input.Handle(MotionEvent{5, 5});
-  Type(&input, 's');
-  EXPECT_FALSE(input.ended());
-  EXPECT_EQ(input.view().screenshots, 1u);
-  Type(&input, 'e');
-  EXPECT_TRUE(input.ended());
-}
-
 }  // namespace
 }  // namespace hpdm
