@@ -52,14 +52,20 @@ struct NearestDuct {
   Vector3d near_W = Vector3d::Zero();                    // on its axis
 };
 
+// Returns the step at which the exercise is; nullptr without one, as in a replay.
+const ExerciseStepOptions* PresentStep(const Status& status, const StatusNames& names) {
+  const ExerciseStatus& exercise = status.health.exercise;
+  const auto step = ToSize(exercise.step);
+  const bool is_known = names.exercise && exercise.present && step < names.exercise->steps.size();
+  return is_known ? &names.exercise->steps[step] : nullptr;
+}
+
 // True if the present step of the exercise asks for other ducts than this one.
 bool AsksForOthers(const Status& status, const StatusNames& names, std::size_t duct) {
-  const auto step = ToSize(status.health.exercise.step);
-  if (!names.exercise || step >= names.exercise->steps.size()) return false;
-  const ExerciseStepOptions& present = names.exercise->steps[step];
+  const ExerciseStepOptions* present = PresentStep(status, names);
   const auto number = static_cast<int>(duct);
-  return (!present.clips.empty() || !present.cuts.empty()) && !Contains(present.clips, number) &&
-         !Contains(present.cuts, number);
+  return present != nullptr && (!present->clips.empty() || !present->cuts.empty()) &&
+         !Contains(present->clips, number) && !Contains(present->cuts, number);
 }
 
 NearestDuct NearestDuctTo(const Vector3d& p_W, const Status& status, const StatusNames& names) {
@@ -175,14 +181,13 @@ bool AddDistanceLine(const Status& status, const StatusNames& names, int tool, d
 // Adds how far what the jaws hold is from the place that the exercise's present step names.
 void AddWayOfHeld(const Status& status, const StatusNames& names, int tool,
                   std::vector<StatusLine>* lines) {
-  const auto step = ToSize(status.health.exercise.step);
-  if (!names.exercise || step >= names.exercise->steps.size()) return;
-  const ExerciseStepOptions& present = names.exercise->steps[step];
+  const ExerciseStepOptions* present = PresentStep(status, names);
+  if (present == nullptr || !present->at_W || !present->holds) return;
   const SolvedContact& contact = status.scene.contacts[tool];
   const int held = status.scene.tools[tool].instrument_index;
-  if (!present.at_W || !present.holds || !IsHold(*present.holds, contact, tool, held)) return;
-  const double gap = (*present.at_W - contact.contact_W).norm() - present.within;
-  AddWayLines(status, tool, contact.contact_W, *present.at_W, gap, "its place", lines);
+  if (!IsHold(*present->holds, contact, tool, held)) return;
+  const double gap = (*present->at_W - contact.contact_W).norm() - present->within;
+  AddWayLines(status, tool, contact.contact_W, *present->at_W, gap, "its place", lines);
 }
 
 // Adds what the tip does: "holds liver", "in loose tissue" for a hook that would burn it, "3.2 mm into
@@ -234,7 +239,7 @@ constexpr double kLittleRoll = 5 * kDegree;
 // there is one.
 bool AddStepBefore(const Status& status, const StatusNames& names, int tool, ExerciseErrorKind kind,
                    std::vector<StatusLine>* lines) {
-  if (!names.exercise) return false;
+  if (PresentStep(status, names) == nullptr) return false;
   const int duct = status.scene.readouts[tool].clip_ahead.duct;
   const int step = StepBefore(*names.exercise, kind, duct, status.health.exercise.step);
   if (step < 0 || ToSize(step) >= names.exercise->steps.size()) return false;

@@ -90,7 +90,7 @@ TEST(TraineeText, AClipApplierCountsItsClipsAndSaysWhenItIsEmpty) {
   trainee.scene.readouts[1].clips_left = 0;
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "empty"));
   trainee.scene.readouts[1].closed_empty = true;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "empty: exchange it for a full one"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "empty: exchange it for a\n|full one"));
 }
 
 TEST(TraineeText, JawsThatCloseBesideADuctSayHowFarItIs) {
@@ -286,6 +286,10 @@ TEST(TraineeText, AClipApplierMayCloseOnlyWhereTheExerciseCountsTheClipAsGood) {
   EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0034), "2.9 mm from its end: 3\n|needed"));
   exercise.errors.push_back({.kind = ExerciseErrorKind::kEarlyClip, .name = "early", .before = 1});
   EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "do not close yet\n|first clip the duct"));
+  trainee.health.exercise.present = false;
+  EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "close now")) << "a replay knows no step";
+  trainee.health.exercise.present = true;
+  exercise.steps.push_back({.name = "the last"});
   trainee.health.exercise.step = 2;
   EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "close now")) << "that step is done";
 }
