@@ -71,7 +71,7 @@ double BodyEnergy(const OrganBench& bench, int o) {
   return bench.organ(o).relaxation->BodyEnergy(bench.organ(o).control_displacements);
 }
 
-// By the mesh's volume and the closed form of v and of the height.
+// By the mesh's volume, which the model's mass has to 3e-5, and the closed form of v and of the height.
 TEST(FreeOrgan, ItsEnergyIsThatOfItsMotionAndWeight) {
   for (const double drag : {0.0, 0.5, 4.0}) {
     OrganBench bench;
@@ -82,7 +82,7 @@ TEST(FreeOrgan, ItsEnergyIsThatOfItsMotionAndWeight) {
       bench.Step();
       const double t = k / 30.0, fallen = ClosedFormFall(drag, t);
       const double v = drag > 0 ? -kG / drag * std::expm1(-drag * t) : kG * t;
-      EXPECT_NEAR(BodyEnergy(bench, 0), mass * (v * v / 2 - kG * fallen), 1e-6 * mass * kG * fallen)
+      EXPECT_NEAR(BodyEnergy(bench, 0), mass * (v * v / 2 - kG * fallen), 1e-4 * mass * kG * fallen)
           << drag << ' ' << k;
     }
   }
