@@ -120,8 +120,8 @@ class ToolTracker {
   std::size_t instrument_index_ = 0;
   bool started_ = false;
   bool has_let_go_ = false;  // since the last step
-  std::array<bool, kMaxOrgans>
-      pierced_{};  // organs that the tool was in when it let go, and still is
+  // Organs that the tool was in when it let go, and still is.
+  std::array<bool, kMaxOrgans> pierced_{};
   Vector3d p_tip_last_W_ = Vector3d::Zero();
   double jaw_last_ = 1;
 
