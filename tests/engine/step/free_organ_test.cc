@@ -71,7 +71,7 @@ double BodyEnergy(const OrganBench& bench, int o) {
   return bench.organ(o).relaxation->BodyEnergy(bench.organ(o).control_displacements);
 }
 
-// By the mesh's volume, which the model's mass has to 3e-5, and the closed form of v and of the height.
+// The mass is that of the mesh's volume; the model's differs by 3e-5. Speed and height are closed forms.
 TEST(FreeOrgan, ItsEnergyIsThatOfItsMotionAndWeight) {
   for (const double drag : {0.0, 0.5, 4.0}) {
     OrganBench bench;
