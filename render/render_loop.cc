@@ -13,6 +13,7 @@
 #include "engine/base/error.h"
 #include "render/camera/picture_target.h"
 #include "render/gl/egl_context.h"
+#include "render/overlay/exercise_text.h"
 #include "render/overlay/text_renderer.h"
 
 namespace hpdm {
@@ -242,13 +243,11 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
 std::optional<FreeingGuide> RenderLoop::Guide(const SceneSnapshot& snapshot) const {
   const StatusNames& names = options_.names;
   const bool wanted = settings_.guidance && (settings_.overlays & kOverlayText) != 0;
-  if (!wanted || edges_.health == nullptr || !names.exercise) return std::nullopt;
+  if (!wanted || edges_.health == nullptr) return std::nullopt;
   const ExerciseStatus& status = edges_.health->Front().exercise;
-  const auto& steps = names.exercise->steps;
-  if (!status.present || status.ended || ToSize(status.step) >= steps.size()) return std::nullopt;
-  const std::optional<int> frees = steps[ToSize(status.step)].frees;
-  if (!frees) return std::nullopt;
-  FreeingGuide guide{*frees, ColourOf(Tone::kGood, options_.palette).head<3>()};
+  const ExerciseStepOptions* present = PresentStep(status, names);
+  if (status.ended || present == nullptr || !present->frees) return std::nullopt;
+  FreeingGuide guide{*present->frees, ColourOf(Tone::kGood, options_.palette).head<3>()};
   for (std::size_t t = 0; t < ToSize(snapshot.tool_count) && t < names.frees_layers.size(); ++t) {
     const ToolPose& pose = snapshot.tools[t];
     const auto instrument = ToSize(pose.instrument_index);

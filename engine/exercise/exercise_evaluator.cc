@@ -177,7 +177,7 @@ void ExerciseEvaluator::JudgeAction(const StepSample& sample, int hand) {
   judge_.Keep(action, good);
   for (std::size_t rule = 0; rule < options_.errors.size(); ++rule) {
     const ExerciseErrorOptions& error = options_.errors[rule];
-    const bool is_meant = error.ducts.empty() || Contains(error.ducts, action.duct);
+    const bool is_meant = Means(error, action.duct);
     const bool early = static_cast<int>(result_.step_times.size()) <= error.before;
     bool is_error = false;
     switch (error.kind) {

@@ -65,14 +65,17 @@ inline double TornArea(const StepSample& sample, int attachment) {
   return area;
 }
 
+/// True if a rule for ducts is meant for this one.
+inline bool Means(const ExerciseErrorOptions& error, int duct) {
+  return error.ducts.empty() || Contains(error.ducts, duct);
+}
+
 /// Returns the largest angle of a good clip on a duct, rad: the least of its rules.
 inline double ClipAngleOf(const ExerciseOptions& options, int duct) {
   std::optional<double> least;
   for (const ExerciseErrorOptions& error : options.errors) {
-    if (error.kind != ExerciseErrorKind::kBadClip) continue;
-    if (error.ducts.empty() || Contains(error.ducts, duct)) {
-      least = std::min(least.value_or(error.limit), error.limit);
-    }
+    if (error.kind != ExerciseErrorKind::kBadClip || !Means(error, duct)) continue;
+    least = std::min(least.value_or(error.limit), error.limit);
   }
   return least.value_or(kClipAngle);
 }
@@ -81,8 +84,7 @@ inline double ClipAngleOf(const ExerciseOptions& options, int duct) {
 /// that is not. `done`: how many steps are.
 inline int StepBefore(const ExerciseOptions& options, ExerciseErrorKind kind, int duct, int done) {
   for (const ExerciseErrorOptions& error : options.errors) {
-    const bool is_meant = error.ducts.empty() || Contains(error.ducts, duct);
-    if (error.kind == kind && is_meant && done <= error.before) return error.before;
+    if (error.kind == kind && Means(error, duct) && done <= error.before) return error.before;
   }
   return -1;
 }

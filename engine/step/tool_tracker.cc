@@ -72,13 +72,11 @@ void ToolTracker::LetGo() {
   shaft_.Release();
   for (Place& place : places_) place.contact = {};
   started_ = false;
-  has_let_go_ = true;
+  pierced_.fill(true);  // until FindPierced()
 }
 
 // Finds the organs that the tool's axis enters, of those that it was in when it let go.
 void ToolTracker::FindPierced(const ToolPose& tool, const std::vector<OrganStep>& organs) {
-  if (has_let_go_) pierced_.fill(true);
-  has_let_go_ = false;
   for (std::size_t o = 0; o < organs.size(); ++o) {
     if (!pierced_[o]) continue;
     const OrganState& state = organs[o].state();

@@ -119,7 +119,6 @@ class ToolTracker {
   std::vector<ToolGeometry> geometries_;
   std::size_t instrument_index_ = 0;
   bool started_ = false;
-  bool has_let_go_ = false;  // since the last step
   // Organs that the tool was in when it let go, and still is.
   std::array<bool, kMaxOrgans> pierced_{};
   Vector3d p_tip_last_W_ = Vector3d::Zero();

@@ -222,8 +222,9 @@ class TickJudges {
   ContactWork contact_;
   /// A tick without a contact.
   struct FreeTick {
-    double time = 0, put_in = 0,
-           bodies = 0;  // s; J by the hands until then; J of free organs, at most
+    double time = 0;    // s
+    double put_in = 0;  // J, by the hands until then
+    double bodies = 0;  // J: most energy of free organs
   };
   std::optional<FreeTick> free_since_;
   std::vector<Phase> pattern_;  // by time

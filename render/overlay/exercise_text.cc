@@ -45,6 +45,12 @@ double BeganAt(const ExerciseStatus& status) {
 
 }  // namespace
 
+const ExerciseStepOptions* PresentStep(const ExerciseStatus& status, const StatusNames& names) {
+  const auto step = static_cast<std::size_t>(status.step);
+  const bool is_known = names.exercise && status.present && step < names.exercise->steps.size();
+  return is_known ? &names.exercise->steps[step] : nullptr;
+}
+
 std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const ExerciseOptions& exercise,
                                       bool paused) {
   std::vector<StatusLine> lines;

@@ -6,6 +6,9 @@
 
 namespace hpdm {
 
+/// Returns the step at which the exercise is; nullptr without one, as in a replay, and after the last.
+const ExerciseStepOptions* PresentStep(const ExerciseStatus& status, const StatusNames& names);
+
 /// Returns the exercise's present step, how far it is, and the last error for a while.
 std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const ExerciseOptions& exercise,
                                       bool paused);

@@ -10,6 +10,7 @@
 #include "engine/exercise/duct_judge.h"
 #include "engine/exercise/step_queries.h"
 #include "engine/mesh/closest_point.h"
+#include "render/overlay/exercise_text.h"
 #include "render/overlay/status_lines.h"
 
 namespace hpdm {
@@ -52,17 +53,9 @@ struct NearestDuct {
   Vector3d near_W = Vector3d::Zero();                    // on its axis
 };
 
-// Returns the step at which the exercise is; nullptr without one, as in a replay.
-const ExerciseStepOptions* PresentStep(const Status& status, const StatusNames& names) {
-  const ExerciseStatus& exercise = status.health.exercise;
-  const auto step = ToSize(exercise.step);
-  const bool is_known = names.exercise && exercise.present && step < names.exercise->steps.size();
-  return is_known ? &names.exercise->steps[step] : nullptr;
-}
-
 // True if the present step of the exercise asks for other ducts than this one.
 bool AsksForOthers(const Status& status, const StatusNames& names, std::size_t duct) {
-  const ExerciseStepOptions* present = PresentStep(status, names);
+  const ExerciseStepOptions* present = PresentStep(status.health.exercise, names);
   const auto number = static_cast<int>(duct);
   return present != nullptr && (!present->clips.empty() || !present->cuts.empty()) &&
          !Contains(present->clips, number) && !Contains(present->cuts, number);
@@ -181,7 +174,7 @@ bool AddDistanceLine(const Status& status, const StatusNames& names, int tool, d
 // Adds how far what the jaws hold is from the place that the exercise's present step names.
 void AddWayOfHeld(const Status& status, const StatusNames& names, int tool,
                   std::vector<StatusLine>* lines) {
-  const ExerciseStepOptions* present = PresentStep(status, names);
+  const ExerciseStepOptions* present = PresentStep(status.health.exercise, names);
   if (present == nullptr || !present->at_W || !present->holds) return;
   const SolvedContact& contact = status.scene.contacts[tool];
   const int held = status.scene.tools[tool].instrument_index;
@@ -239,7 +232,7 @@ constexpr double kLittleRoll = 5 * kDegree;
 // there is one.
 bool AddStepBefore(const Status& status, const StatusNames& names, int tool, ExerciseErrorKind kind,
                    std::vector<StatusLine>* lines) {
-  if (PresentStep(status, names) == nullptr) return false;
+  if (PresentStep(status.health.exercise, names) == nullptr) return false;
   const int duct = status.scene.readouts[tool].clip_ahead.duct;
   const int step = StepBefore(*names.exercise, kind, duct, status.health.exercise.step);
   if (step < 0 || ToSize(step) >= names.exercise->steps.size()) return false;

@@ -50,6 +50,18 @@ Vector3d MassCentre(const OrganBench& bench, int o) {
   return body.p_centre_W + U.transpose() * body.masses / body.mass;
 }
 
+// Starts with a stiff block without weight, and a tip 1 mm above its top, `x` beside its centre. Returns the
+// tip's height (m) where it touches.
+double StartUnderATip(double x, OrganBench* bench) {
+  OrganOptions options = FreeOptionsOf(0, Vector3d::Zero());
+  options.material.young = 1e9;
+  bench->Add(options, Block(0));
+  bench->Start();
+  const double touching = kSides.z() + ToolGeometry{}.tip_radius;
+  bench->Step(OrganBench::Above(Vector3d(x, 0, touching + 0.001)));
+  return touching;
+}
+
 double ClosedFormFall(double drag, double t) {
   return drag > 0 ? kG / drag * (t + std::expm1(-drag * t) / drag) : kG * t * t / 2;
 }
@@ -91,12 +103,7 @@ TEST(FreeOrgan, ItsEnergyIsThatOfItsMotionAndWeight) {
 // A blow beside its centre turns a stiff block about y. The speed of its vertices gives its energy.
 TEST(FreeOrgan, ItsEnergyHasThatOfItsTurning) {
   OrganBench bench;
-  OrganOptions options = FreeOptionsOf(0, Vector3d::Zero());
-  options.material.young = 1e9;
-  bench.Add(options, Block(0));
-  bench.Start();
-  const double touching = kSides.z() + ToolGeometry{}.tip_radius;
-  bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching + 0.001)));
+  const double touching = StartUnderATip(0.03, &bench);
   bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching - 0.001)));
   bench.Step();
   const Matrix3d R = bench.organ(0).relaxation->Rotation();
@@ -161,12 +168,7 @@ TEST(FreeOrgan, ATipGivesItItsImpulse) {
 // Each step moves the whole rigid part of the displacements to the frame.
 TEST(FreeOrgan, AStiffBlockUnderATipMovesAsItsFrame) {
   OrganBench bench;
-  OrganOptions options = FreeOptionsOf(0, Vector3d::Zero());
-  options.material.young = 1e9;
-  bench.Add(options, Block(0));
-  bench.Start();
-  const double touching = kSides.z() + ToolGeometry{}.tip_radius;
-  bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching + 0.001)));
+  const double touching = StartUnderATip(0.03, &bench);
   for (const double depth : {0.001, 0.004}) {
     bench.Step(OrganBench::Above(Vector3d(0.03, 0, touching - depth)));
     ASSERT_LT(bench.ToolForce(0).z(), 0);
