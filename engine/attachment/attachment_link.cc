@@ -127,9 +127,10 @@ Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
 void AttachmentLink::AddFreeDisplacements(std::span<const BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
     const BodyInStep& body = bodies[ToSize(bodies_[m])];
-    const Points* U = body.body->FreeDisplacements();
-    if (U == nullptr && !joint().members()[m].free) U = body.input.free;
-    if (U == nullptr || HasLetGo(m)) continue;
+    // The modes of a member let go are in its frame, as what it lost without forces.
+    const Points* U = HasLetGo(m) ? nullptr : body.body->FreeDisplacements();
+    if (U == nullptr) U = body.input.free;
+    if (U == nullptr || (HasLetGo(m) && !HasDucts(m))) continue;
     const Eigen::MatrixXd& shape = joint().members()[m].shape;
     HPDM_CHECK(shape.cols() <= U->rows());
     for (Eigen::Index a = 0; a < shape.cols(); ++a) {

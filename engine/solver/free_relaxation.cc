@@ -36,8 +36,9 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   }
   void Take(const Relaxation& other) override { *this = static_cast<const FreeRelaxation&>(other); }
 
-  void Begin(const RelaxationInput&, const ContactConstraints& contacts) override {
+  void Begin(const RelaxationInput& input, const ContactConstraints& contacts) override {
     solver_->SetActiveFunctions(contacts.refinement);
+    lost_ = input.free;
     before_ = {motion_, q_, rate_, held_, tied_};
     if (held_) {
       predicted_ = RestOf(*body_);
@@ -50,6 +51,7 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
     predicted_ = flown_;
     predicted_.p_W += flight_.Impulse();
     PlaceRigid(predicted_, &U_free_);
+    AddLost(predicted_, &U_free_);
   }
 
   bool Linearise(int body, const ContactConstraints& contacts, ContactSolver* solver) override {
@@ -242,11 +244,18 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
       const Vector3d arm = body_->arms.row(a);
       U->row(a) = (q.translation + q.rotation.cross(arm)).transpose();
     }
+    AddLost(RestOf(*body_), U);
   }
 
-  // Places the deformation V by the motion.
+  // Adds the displacements without forces in the frame.
+  void AddLost(const FreeMotion& motion, Points* U) const {
+    if (lost_ != nullptr) U->noalias() += lost_->lazyProduct(motion.R_WF.transpose());
+  }
+
+  // Places the deformation V, and the one without forces, by the motion.
   void PlaceDeformed(Points* U) {
     PlaceRigid(motion_, U);
+    AddLost(motion_, U);
     for (Eigen::Index a = 0; a < V_.rows(); ++a) {
       U->row(a) += (motion_.R_WF * V_.row(a).transpose()).transpose();
     }
@@ -278,6 +287,7 @@ class FreeRelaxation final : public BodyRelaxation, public LatticeCompliance {
   };
   Before before_;  // the step
   bool has_forces_ = false;
+  const Points* lost_ = nullptr;   // rows x 3, m, in the frame: of the present step without forces
   Points U_free_;                  // rows x 3, m: at predicted_, or by q_
   Eigen::MatrixXd response_;       // 3 rows x 1, m: K^-1 R^T B^T f
   Points V_;                       // rows x 3, m, in the frame

@@ -24,6 +24,8 @@ namespace hpdm {
 ///    small rotations, U = N q + V: the links' modes are constant. Gravity is in the links' loads. A
 ///    body that is let go keeps its place and velocity.
 /// 6. Links can act on a body in its moving frame (Tie). Their part is added to the response before 3.
+/// 7. RelaxationInput::free is a deformation in the frame, and has no rigid part: what a loss of fluid
+///    leaves. It is added to V.
 ///
 /// `K`: solver of the stiffness with AddInertia(flight.Yield()). `body` must outlive it; `rows`: n +
 /// slots. A relaxation is one step of flight.dt(). An organ whose U is not finite returns to rest.

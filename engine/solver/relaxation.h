@@ -30,7 +30,7 @@ struct RelaxationInput {
   double damping = 0;
   const Points* damped_from = nullptr;
   /// A quadratic energy: the displacements are U_free + yield K^-1 B^T f, with U_free = `free`
-  /// ((n + slots) x 3, m), or zero.
+  /// ((n + slots) x 3, m), or zero. For a body that moves as a whole `free` is in its frame.
   const Points* free = nullptr;
   double yield = 1;
   /// Supports that do not relax with viscoelastic tissue, which yield more by their own part of the

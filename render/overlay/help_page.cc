@@ -39,7 +39,7 @@ std::vector<StatusLine> HelpPage(const Status& status, const StatusNames& names)
       {"Session", Tone::kGood},
       key("p", "pause; the exercise's time stands, and its errors are listed"),
       key("Backspace", "the exercise's step begins again; with Shift the one before"),
-      key("i", "shows or hides the guidance: what is still to be freed"),
+      key("i", "shows or hides the guidance: the steps, and what to do next"),
       key("o", "next overlay: text, forces, contacts, lattice, none"),
       key("s, r", "screenshot, record"),
       key("F1, Esc", "show or hide the keys, end the session"),

@@ -53,9 +53,14 @@ struct NearestDuct {
   Vector3d near_W = Vector3d::Zero();                    // on its axis
 };
 
+// Returns the exercise's present step; nullptr also while the guidance is switched off.
+const ExerciseStepOptions* GuidedStep(const Status& status, const StatusNames& names) {
+  return status.view.guidance ? PresentStep(status.health.exercise, names) : nullptr;
+}
+
 // True if the present step of the exercise asks for other ducts than this one.
 bool AsksForOthers(const Status& status, const StatusNames& names, std::size_t duct) {
-  const ExerciseStepOptions* present = PresentStep(status.health.exercise, names);
+  const ExerciseStepOptions* present = GuidedStep(status, names);
   const auto number = static_cast<int>(duct);
   return present != nullptr && (!present->clips.empty() || !present->cuts.empty()) &&
          !Contains(present->clips, number) && !Contains(present->cuts, number);
@@ -174,7 +179,7 @@ bool AddDistanceLine(const Status& status, const StatusNames& names, int tool, d
 // Adds how far what the jaws hold is from the place that the exercise's present step names.
 void AddWayOfHeld(const Status& status, const StatusNames& names, int tool,
                   std::vector<StatusLine>* lines) {
-  const ExerciseStepOptions* present = PresentStep(status.health.exercise, names);
+  const ExerciseStepOptions* present = GuidedStep(status, names);
   if (present == nullptr || !present->at_W || !present->holds) return;
   const SolvedContact& contact = status.scene.contacts[tool];
   const int held = status.scene.tools[tool].instrument_index;
@@ -232,7 +237,7 @@ constexpr double kLittleRoll = 5 * kDegree;
 // there is one.
 bool AddStepBefore(const Status& status, const StatusNames& names, int tool, ExerciseErrorKind kind,
                    std::vector<StatusLine>* lines) {
-  if (PresentStep(status.health.exercise, names) == nullptr) return false;
+  if (GuidedStep(status, names) == nullptr) return false;
   const int duct = status.scene.readouts[tool].clip_ahead.duct;
   const int step = StepBefore(*names.exercise, kind, duct, status.health.exercise.step);
   if (step < 0 || ToSize(step) >= names.exercise->steps.size()) return false;
@@ -249,16 +254,18 @@ void AddCutAhead(const Status& status, const StatusNames& names, int tool,
   AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyCut, lines);
   if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
   const auto& [gap, before, after] = readout.clips_beside;
-  Tone tone = Tone::kPlain;  // without an exercise nothing judges them
-  if (names.exercise && duct < names.exercise->ducts.size()) {
+  Tone tone = Tone::kPlain;  // without a guiding exercise nothing judges them
+  if (status.view.guidance && names.exercise && duct < names.exercise->ducts.size()) {
     const bool enough = DuctJudge::AreEnough(before, after, names.exercise->ducts[duct],
                                              names.exercise->clips_that_stay);
     tone = enough ? Tone::kGood : Tone::kWarning;
   }
-  lines->push_back({Format("clips beside: %d and %d", before, after), tone});
+  lines->push_back(
+      {Format("%d %s on one side, %d on the other", before, before == 1 ? "clip" : "clips", after),
+       tone});
 }
 
-// Adds whether a clip applier may close now, and what to mend.
+// Adds whether a clip applier may close now, and what to mend. With the guidance off only how it lies.
 void AddClipAhead(const Status& status, const StatusNames& names, int tool,
                   std::vector<StatusLine>* lines) {
   const ToolReadout& readout = status.scene.readouts[tool];
@@ -271,20 +278,23 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
     most_angle = ClipAngleOf(*names.exercise, clip.duct);
   }
   const ClipFinding finding = DuctJudge::Examine(clip, readout.clips_beside.gap, duct, most_angle);
+  const bool judges = status.view.guidance;
   const std::size_t verdict = lines->size();
-  lines->emplace_back();
-  const bool early = AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyClip, lines);
-  const bool good = !early && finding.faults == kClipSound;
-  (*lines)[verdict] = {good ? "close now" : "do not close yet",
-                       good ? Tone::kGood : Tone::kWarning};
-  if ((finding.faults & kClipShort) != 0) {
+  if (judges) {
+    lines->emplace_back();
+    const bool early = AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyClip, lines);
+    const bool good = !early && finding.faults == kClipSound;
+    (*lines)[verdict] = {good ? "close now" : "do not close yet",
+                         good ? Tone::kGood : Tone::kWarning};
+  }
+  if (judges && (finding.faults & kClipShort) != 0) {
     const ToolPose& pose = status.scene.tools[tool];
     const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
     const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
     lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
   }
   const auto add_distance = [&](ClipFault fault, double distance, const char* from, double least) {
-    if ((finding.faults & fault) == 0) return;
+    if (!judges || (finding.faults & fault) == 0) return;
     const std::string is = Format("%.1f mm from ", 1e3 * std::max(0.0, distance)) + from;
     lines->push_back({is + Format(": %g needed", 1e3 * least), Tone::kWarning});
   };
@@ -293,12 +303,12 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
   const bool oblique = (finding.faults & kClipOblique) != 0;
   const double roll = readout.clip_roll;
   std::string angle = Format("%.0f\u00b0 oblique", clip.angle / kDegree);
-  if (std::abs(roll) >= kLittleRoll) {
+  if (judges && std::abs(roll) >= kLittleRoll) {
     angle += Format(": roll %.0f\u00b0, %s", std::abs(roll) / kDegree, roll > 0 ? "e" : "q");
-  } else if (oblique) {
+  } else if (judges && oblique) {
     angle += ": turn the tube, other hand";
   }
-  lines->push_back({angle, oblique ? Tone::kWarning : Tone::kDim});
+  lines->push_back({angle, judges && oblique ? Tone::kWarning : Tone::kDim});
 }
 
 // Adds the duct between open jaws, and what closing them would do.

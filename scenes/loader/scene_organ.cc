@@ -349,8 +349,8 @@ OrganOptions ReadOrgan(const TableReader& table) {
     if (!lumen.perforated_at || HasLeakingLumens(organ)) continue;
     table.Fail(
         "lumen",
-        "has perforated_at, but lumens of free organs and of viscoelastic tissue stay closed",
-        "remove perforated_at, free or material.prony");
+        "has perforated_at, but lumens of viscoelastic tissue stay closed",
+        "remove perforated_at or material.prony");
   }
   return organ;
 }

@@ -465,8 +465,13 @@ void AddFillingsAndLayers(Scenes* s) {
   };
   hollow("a filled lumen", 12, "lumen=[{}]\n");
   hollow("a lumen that is open", 11, "lumen=[{}]\n");
+  s->Place("a perforated lumen of viscoelastic tissue", [](const fs::path& here) {
+    WithFile("hollow.obj", HollowBox(12))(here);
+    WithFile("s.toml", SoundScene({.mesh = "hollow.obj",
+                                   .organ = "lumen=[{perforated_at=1}]\n",
+                                   .material = "prony=[{share=0.5, time=1}]\n"}))(here);
+  });
   hollow("a lumen elsewhere", 12, "lumen=[{sphere={centre=[0,0,0],radius=0.01}}]\n");
-  hollow("a perforated lumen of a free organ", 12, "lumen=[{perforated_at=1}]\nfree={drag=1}\n");
   s->Organ("lumen=[{}]");
   s->Organ("lumen=[{leak_resistance=0}]");
   s->Organ("lumen=[{bulk_modulus=0}]");

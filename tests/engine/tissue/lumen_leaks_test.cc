@@ -30,7 +30,8 @@ struct FullBall {
   std::optional<double> perforated_at = {};
   bool filled = true;
   bool held = true;
-  double share = 0;  // of a Prony term
+  double share = 0;                 // of a Prony term
+  std::optional<double> drag = {};  // 1/s, of a free ball
 
   OrganModel Model() const {
     OrganOptions ball;
@@ -43,7 +44,9 @@ struct FullBall {
     ball.lattice.cells = {5, 5, 5};
     ball.lattice.margin = 0.0005;
     ball.lattice.local.functions = 0;
-    if (held) ball.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.15)}, {}});
+    if (drag) ball.free = FreeOptions{.drag = *drag};
+    if (held && !drag)
+      ball.supports.push_back({BoxFraction{Vector3d::Zero(), Vector3d(1, 1, 0.15)}, {}});
     ball.lumens = {{.region = {},
                     .filled = filled,
                     .bulk_modulus = bulk_modulus,
@@ -117,6 +120,61 @@ TEST(LumenLeaks, PressureFallsAsThatOfACapacitorAndTheVolumeWithIt) {
           << step;
     }
   }
+}
+
+// m^3: of the cavity, which is the second half of the triangles, as it is.
+double CavityOf(const OrganBench& bench) {
+  const SurfaceMesh& rest = bench.model(0).rest();
+  const Points& now = bench.organ(0).vertices;
+  double six_volumes = 0;
+  for (Eigen::Index t = rest.triangles.rows() / 2; t < rest.triangles.rows(); ++t) {
+    const Vector3d a = now.row(rest.triangles(t, 0)), b = now.row(rest.triangles(t, 1)),
+                   c = now.row(rest.triangles(t, 2));
+    six_volumes -= a.dot(b.cross(c));
+  }
+  return six_volumes / 6;
+}
+
+// Lame's thick sphere: the inner wall moves by (p a / E) (((1 - 2 nu) a^3 + (1 + nu) b^3 / 2) / (b^3 - a^3)).
+double SphereCompliance() {
+  const double a = kInnerRadius, b = kOuterRadius, young = 2e4, poisson = 0.45;
+  const double a3 = a * a * a, b3 = b * b * b;
+  const double moved = a / young * ((1 - 2 * poisson) * a3 + (1 + poisson) * b3 / 2) / (b3 - a3);
+  return 4 * std::numbers::pi * a * a * moved;
+}
+
+// Jaws swing it first and let it go, so that it turns and flies.
+TEST(LumenLeaks, AFreeOrganLosesTheSameInFlight) {
+  OrganBench bench;
+  const FullBall ball{.pressure = 100, .perforated_at = 0.49, .drag = 0.1};
+  ball.AddTo(&bench);
+  ToolOptions grasper;
+  grasper.geometries[0].can_grasp = true;
+  bench.Start({grasper});
+  ToolPose jaws = OrganBench::Above(Vector3d(0, 0, kOuterRadius));
+  for (int step = 0; step < 10; ++step) {
+    jaws.jaw = step < 2 ? 1 : 0.05;
+    jaws.X_WT.translation() += Vector3d(0.003, 0, 0) * (step < 3 ? 0 : 1);
+    bench.Step(jaws);
+  }
+  for (int step = 10; step < 15; ++step) bench.Step();
+  const double full = CavityOf(bench);
+  const Vector3d from_W = bench.organ(0).vertices.colwise().mean();
+  const Matrix3d turned_from = bench.organ(0).relaxation->Rotation();
+  const double time = ball.resistance * SphereCompliance();
+  for (int step = 1; step <= 200; ++step) {
+    bench.Step();
+    ASSERT_TRUE(LumenOf(bench).perforated);
+    const double share = std::exp(-step / 30.0 / time);
+    ASSERT_NEAR(LumenOf(bench).pressure, share * ball.pressure, 0.05 * ball.pressure) << step;
+    ASSERT_NEAR(full - CavityOf(bench), LumenOf(bench).lost,
+                0.02 * SphereCompliance() * ball.pressure)
+        << step;
+  }
+  const Vector3d way_W = bench.organ(0).vertices.colwise().mean().transpose() - from_W;
+  EXPECT_GT(way_W.norm(), 0.1) << "it flew";
+  const Matrix3d turn = bench.organ(0).relaxation->Rotation() * turned_from.transpose();
+  EXPECT_GT(Eigen::AngleAxisd(turn).angle(), 0.5) << "and turned";
 }
 
 TEST(LumenLeaks, AClosedLumenKeepsItsVolumeUnderAPress) {
@@ -219,9 +277,8 @@ TEST(LumenLeaks, ViscoelasticTissueKeepsItsLumensClosed) {
 }
 
 // The ball's layer on a rigid plate and its whole stiffness, solved at once.
-TEST(LumenLeaks, AnAttachedOrganIsInEquilibriumWithItsLayer) {
+void ExpectEquilibriumWithALayer(const FullBall& ball) {
   OrganBench bench;
-  const FullBall ball{.perforated_at = 0, .held = true};
   ball.AddTo(&bench);
   OrganOptions plate;
   plate.name = "plate";
@@ -238,7 +295,13 @@ TEST(LumenLeaks, AnAttachedOrganIsInEquilibriumWithItsLayer) {
   const double lost = LumenOf(bench).lost;
   ASSERT_GT(lost, 0);
   const OrganModel& model = bench.model(0);
-  Eigen::MatrixXd K = std::get<FullStiffness>(model.stiffness());
+  FullStiffness K = std::get<FullStiffness>(model.stiffness());
+  if (ball.drag) {  // it holds the inertia of a step, too
+    FullStiffness inertia = FullStiffness::Zero(K.rows(), K.cols());
+    const FreeFlight flight(model.options().time_step, *ball.drag, Vector3d::Zero());
+    model.free_body()->AddInertia(flight.Yield(), &inertia);
+    K -= inertia;
+  }
   const AttachmentBed& bed = bench.loop().links()[0].joint().layers()[0].bed;
   const Eigen::MatrixXd rows = bed.rows[0];
   const Eigen::MatrixXd held = bed.law.stiffness * rows.transpose() * bed.areas.asDiagonal() * rows;
@@ -257,6 +320,15 @@ TEST(LumenLeaks, AnAttachedOrganIsInEquilibriumWithItsLayer) {
   const Eigen::Map<const Eigen::VectorXd> u(U.data(), U.size());
   EXPECT_LT((u - expected).norm(), 0.005 * expected.norm());
   EXPECT_GT(expected.norm(), 1e-4);
+}
+
+TEST(LumenLeaks, AnAttachedOrganIsInEquilibriumWithItsLayer) {
+  ExpectEquilibriumWithALayer({.perforated_at = 0});
+}
+
+// What holds it is the layer alone; the drag ends its motion.
+TEST(LumenLeaks, AFreeOrganIsInEquilibriumWithItsLayer) {
+  ExpectEquilibriumWithALayer({.perforated_at = 0, .drag = 20});
 }
 
 TEST(LumenLeaks, ACopyLeaksToTheLastBitAndNothingIsAllocated) {

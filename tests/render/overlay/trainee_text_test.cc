@@ -175,7 +175,7 @@ TEST(TraineeText, TheKeysStandAlone) {
   EXPECT_TRUE(text.guidance.empty() && text.tools[0].empty());
   for (const char* said :
        {"up: push it in", "close the jaws while held", "keep them closed",
-        "shows or hides the guidance: what is still to be freed", "next overlay:", "Home|"}) {
+        "shows or hides the guidance: the steps, and what to do next", "next overlay:", "Home|"}) {
     EXPECT_TRUE(Shows(text.banner, said)) << said;
   }
   // The page fits on small and large pictures.
@@ -292,6 +292,37 @@ TEST(TraineeText, AClipApplierMayCloseOnlyWhereTheExerciseCountsTheClipAsGood) {
   exercise.steps.push_back({.name = "the last"});
   trainee.health.exercise.step = 2;
   EXPECT_TRUE(Shows(text(9, 1, 0.0031, 0.0036), "close now")) << "that step is done";
+}
+
+TEST(TraineeText, WithTheGuidanceOffAnInstrumentSaysWhatIsAndNotWhatIsNext) {
+  Trainee trainee;
+  ToolReadout& readout = trainee.scene.readouts[1];
+  readout.clips_left = 3;
+  readout.clip_ahead = {.duct = 0, .arc = 0.01, .length = 0.02, .angle = 34 * kDegree};
+  readout.clip_ahead.coverage = 0.8;
+  readout.clip_roll = 31 * kDegree;
+  readout.clips_beside.gap = 0.0024;
+  ExerciseOptions& exercise = *trainee.names.exercise;
+  exercise.errors.push_back({.kind = ExerciseErrorKind::kEarlyClip, .name = "early", .before = 1});
+  SolvedContact& held = trainee.scene.contacts[0];
+  held.kind = ContactKind::kGrasp;
+  held.organ = 1;
+  exercise.steps[1].holds = {.organ = 1};
+  exercise.steps[1].at_W = Vector3d(0.1, 0, 0);
+  const auto hints = [&] {
+    const StatusText text = trainee.Text();
+    std::string shown;
+    for (const char* hint :
+         {"close", "first", "roll", "cover", "needed", "to its place", "do not"}) {
+      if (Shows(text.tools[0], hint) || Shows(text.tools[1], hint)) shown += hint;
+    }
+    return shown;
+  };
+  EXPECT_EQ(hints(), "closefirstrollcoverneededto its placedo not");
+  trainee.view.guidance = false;
+  EXPECT_EQ(hints(), "");
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "holds gallbladder"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in jaws: cystic duct\n|34\u00b0 oblique"));
 }
 
 TEST(TraineeText, JawsForDuctsTellHowFarTheNearestDuctIs) {
@@ -468,7 +499,10 @@ TEST(TraineeText, ScissorsTellHowManyClipsAreOnBothSidesOfTheCut) {
     trainee.scene.readouts[1].clips_beside.before = before;
     trainee.scene.readouts[1].clips_beside.after = after;
     for (const StatusLine& line : trainee.Text().tools[1]) {
-      if (line.text == Format("clips beside: %d and %d", before, after)) return line.tone;
+      if (line.text ==
+          Format("%d clip%s on one side, %d on", before, before == 1 ? "" : "s", after)) {
+        return line.tone;
+      }
     }
     return Tone::kAlarm;
   };
