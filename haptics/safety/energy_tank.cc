@@ -8,9 +8,10 @@
 namespace hpdm {
 namespace {
 
-// The limit is full once the tissue has given back the inverse of this share of its energy. Without any
-// energy in the tank half of that share is lost.
+// The limit is full once the tissue has given back the inverse of this share of its energy, or half of what
+// the tank has, if that is less. An empty tank counts as one with a share of kLeastCovered.
 constexpr double kSteep = 8;
+constexpr double kLeastCovered = 1e-3;
 
 // m/s. A tip that moves faster is no hand's, but a reading that jumps or comes after a gap.
 constexpr double kFastest = 10;
@@ -59,7 +60,8 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
     return share_ = end_share_ * std::clamp(1 - given, 0.0, 1.0);
   }
   const double covered = std::clamp(left / tissue, 0.0, 1.0);
-  const double given_back = std::min(1.0, kSteep * (1 - tissue / largest_));
+  const double steep = std::max(kSteep, 1 / std::max(covered, kLeastCovered));
+  const double given_back = std::min(1.0, steep * (1 - tissue / largest_));
   end_left_.reset();
   return share_ = end_share_ = 1 - (1 - covered) * given_back;
 }

@@ -27,7 +27,7 @@ struct EnergyTankOptions {
 /// 2. U is what the springs of the present contacts store, of tissue and walls (TipEnergy).
 /// 3. If U exceeds E, the force of soft tissue is scaled down as it gives energy back. With U_max the
 ///    largest recent U of the tissue, which returns to U with the time constant `settle`,
-///        share = 1 - (1 - (E - U_walls) / U) min(1, 8 (1 - U / U_max)).
+///        share = 1 - (1 - c) min(1, max(8, 1 / c) (1 - U / U_max)),   c = (E - U_walls) / U.
 ///    So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
 ///    out it changes without a step, and springs that store E are left at its end. A force that fades out
 ///    after its contact stores nothing: its share falls with what is left of E.
