@@ -146,8 +146,16 @@ ClipsBeside DuctState::ClipsBesideOf(double arc) const {
   return beside;
 }
 
-int DuctState::Cut(double arc) {
+int DuctState::NodeToCut(double arc) const {
   const int node = InnerNodeAt(arc);
+  if (node < 0) return -1;
+  const double at = rod_.ArcLength(node);
+  if (ClipsBesideOf(at).before == ClipsBesideOf(arc).before) return node;
+  return InnerNodeAt(rod_.ArcLength(at > arc ? node - 1 : node + 1));
+}
+
+int DuctState::Cut(double arc) {
+  const int node = NodeToCut(arc);
   if (node < 0 || rod_.IsHeld(node) || !rod_.Cut(node)) return -1;
   changed_ = true;
   at_rest_ = false;

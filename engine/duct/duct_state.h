@@ -48,8 +48,11 @@ class DuctState {
   /// Closes the lumen by a clip at an arc length at rest, m. The segment there gets stiff. False
   /// beyond the ends, beside one of them or in a gap, and where a clip is.
   bool Clip(double arc);
-  /// Cuts the duct at the node nearest to an arc length at rest, m. Returns the node; those behind it
-  /// have moved on by one. -1 beside an end, a gap or jaws, and after Rod::kMaxCuts cuts.
+  /// Returns the node at which Cut(arc) cuts: the nearest one without a clip in between. -1 beside an end
+  /// or a gap.
+  int NodeToCut(double arc) const;
+  /// Cuts the duct at NodeToCut(arc), `arc` at rest, m. Returns the node; those behind it have moved on by
+  /// one. -1 beside an end, a gap or jaws, and after Rod::kMaxCuts cuts.
   int Cut(double arc);
   /// Returns the node nearest to an arc length at rest (m) that can be held, or -1.
   int NodeToHold(double arc) const;

@@ -212,7 +212,8 @@ void DuctActions::LookAhead(const ToolPose& pose, const ToolGeometry& geometry,
   if (place.link < 0) return;
   const DuctState& duct = links[ToSize(place.link)].ducts()[place.duct];
   readout->clip_ahead = MeasureAction(duct, place, length);
-  readout->clips_beside = duct.ClipsBesideOf(place.arc);
+  const int node = geometry.action == ToolAction::kCut ? duct.NodeToCut(place.arc) : -1;
+  readout->clips_beside = duct.ClipsBesideOf(node >= 0 ? duct.rod().ArcLength(node) : place.arc);
   readout->clip_ahead.place_W = pose.X_WT * place.p_T;
   // The jaws' axis y turns into the plane of the shaft and the duct, by less than a quarter turn.
   const Vector3d& along_T = place.tangent_T;

@@ -41,17 +41,18 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   started_ = true;
   free_ = touches ? 0 : free_ + options_.period;
   if (free_ >= options_.released) {
-    energy_ = largest_ = 0;
+    energy_ = most_ = largest_ = 0;
     held_ = false;
     share_ = end_share_ = 1;
     end_left_.reset();
   }
   if (jumps) {
     for (Tool& tool : tools_) tool.moved_W.setZero();
-    energy_ = tissue + walls;
+    energy_ = most_ = tissue + walls;
     largest_ = tissue;
   }
   largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
+  most_ = std::max(energy_, energy_ + kept_ * (most_ - energy_));
   if (!options_.control || held_) return share_ = 1;
   const double left = energy_ + options_.reserve - walls;
   if (!(tissue > 0)) {
@@ -61,7 +62,8 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   }
   const double covered = std::clamp(left / tissue, 0.0, 1.0);
   const double steep = std::max(kSteep, 1 / std::max(covered, kLeastCovered));
-  const double given_back = std::min(1.0, steep * (1 - tissue / largest_));
+  const double fallen = std::max(largest_ - tissue, most_ - energy_) / largest_;
+  const double given_back = std::min(1.0, steep * fallen);
   end_left_.reset();
   return share_ = end_share_ = 1 - (1 - covered) * given_back;
 }

@@ -202,16 +202,17 @@ void AddContactLines(const Status& status, const StatusNames& names, int tool,
   const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
   if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
     const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
-    lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": not yet"),
-                      wanted ? Tone::kGood : Tone::kWarning});
-    const bool touches = health.organ >= 0;
+    lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": a later step"),
+                      wanted ? Tone::kGood : Tone::kPlain});
+    const bool touches = health.organ >= 0, is_deep = touches && health.depth > kDepthShown;
     if (wanted && status.to_free >= 0) {
-      lines->push_back(
-          {touches ? "do not burn" : "burn now", touches ? Tone::kWarning : Tone::kGood});
+      // Heat that burns a layer spares the organ, so only what outlasts the strands is an error.
+      const char* verdict = is_deep ? "do not burn" : touches ? "burn briefly" : "burn now";
+      lines->push_back({verdict, is_deep ? Tone::kWarning : Tone::kGood});
     }
     if (!touches) {
       AddDistanceLine(status, names, tool, kNearOrgan, lines);
-    } else if (health.depth > kDepthShown) {
+    } else if (is_deep) {
       AddDepthLines(status, names, tool, Tone::kWarning, lines);
     } else {
       lines->push_back({"touches " + OrganName(names, health.organ), Tone::kWarning});
@@ -245,6 +246,9 @@ bool AddStepBefore(const Status& status, const StatusNames& names, int tool, Exe
   return true;
 }
 
+// m up to which scissors tell how far a clip is, and below which they may miss the gap between two.
+constexpr double kClipShown = 0.005, kNarrowCut = 0.0005;
+
 // Adds the clips beside the cut, and what scissors reach into. They cut at any angle.
 void AddCutAhead(const Status& status, const StatusNames& names, int tool,
                  std::vector<StatusLine>* lines) {
@@ -254,6 +258,11 @@ void AddCutAhead(const Status& status, const StatusNames& names, int tool,
   AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyCut, lines);
   if (organ >= 0) lines->push_back({"and " + OrganName(names, organ), Tone::kWarning});
   const auto& [gap, before, after] = readout.clips_beside;
+  if (gap < kClipShown) {
+    const double to_clip = std::max(0.0, gap - DuctJudge::kClipWidth / 2);
+    lines->push_back({Format("%.1f mm from a clip", 1e3 * to_clip),
+                      to_clip < kNarrowCut ? Tone::kWarning : Tone::kDim});
+  }
   Tone tone = Tone::kPlain;  // without a guiding exercise nothing judges them
   if (status.view.guidance && names.exercise && duct < names.exercise->ducts.size()) {
     const bool enough = DuctJudge::AreEnough(before, after, names.exercise->ducts[duct],

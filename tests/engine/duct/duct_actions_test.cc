@@ -336,6 +336,30 @@ TEST(DuctActions, AHeldPartFollowsTheJawsAfterACut) {
   EXPECT_EQ(duct.Cut(duct.rod().ArcLength(held + 1)), -1) << "in the jaws";
 }
 
+// Nodes are half a millimetre and more apart.
+TEST(DuctActions, ACutStaysOnItsSideOfAClip) {
+  JoinedBlocks blocks(Scissors());
+  const Rod& rod = blocks.duct().rod();
+  const int middle = rod.nodes() / 2;
+  const double at = rod.ArcLength(middle), part = rod.ArcLength(middle + 1) - at;
+  for (const double side : {-1.0, 1.0}) {
+    for (const double off : {0.1, 0.3, 0.45}) {
+      DuctState duct = blocks.duct();
+      ASSERT_TRUE(duct.Clip(at + side * off * part));
+      const double wanted =
+          at + side * (off + 0.02) * part;  // beyond the clip, nearer to the middle node
+      const double planned = duct.rod().ArcLength(duct.NodeToCut(wanted));
+      const int node = duct.Cut(wanted);
+      ASSERT_GT(node, 0);
+      const double cut = duct.rod().ArcLength(node);
+      EXPECT_EQ(cut, planned);
+      EXPECT_GT(side * (cut - at), off * part) << side << " " << off;
+      EXPECT_LT(std::abs(cut - wanted), part);
+      EXPECT_EQ(duct.Cut(wanted), -1) << "in the gap";
+    }
+  }
+}
+
 // The plane of the jaws and the straight duct by hand.
 TEST(DuctActions, AClipIsRecordedWithItsPlaceAngleAndCoverage) {
   constexpr double kDegree = std::numbers::pi / 180;

@@ -113,6 +113,26 @@ TEST(EnergyTank, GivesBackNoMoreThanALittleThatWasPutIn) {
   }
 }
 
+// It stores what a stiff spring does, but its force stays.
+TEST(EnergyTank, GivesBackNoMoreThanWasPutInToATipThatTissueDrives) {
+  Springs springs;
+  springs.Move(0, kPressed, kSpring);
+  double last = kPressed, force = 0;
+  for (int i = 1; i <= 1000; ++i) {
+    const double depth = kPressed * (1 - 2 * i / 1000.0);
+    EnergyTank::Press press{.p_tip_W = {0, 0, -depth}, .reaction_W = {0, 0, kSpring * kPressed}};
+    press.tissue_stored = 0.05 * kStored;
+    press.kind = ContactKind::kPress;
+    const double before = i == 1 ? springs.last_forces_W[0].z() : force;
+    force = springs.tank.Limit(std::array{press}) * press.reaction_W.z();
+    springs.tank.Observe(std::array{Vector3d(0, 0, force)});
+    springs.work += 0.5 * (force + before) * (depth - last);
+    last = depth;
+  }
+  EXPECT_GT(springs.work, -0.01 * kStored);
+  EXPECT_LT(springs.work, 0.06 * kStored) << "nor does it take much";
+}
+
 TEST(EnergyTank, LeavesTheFullForceToAToolThatStandsStill) {
   Springs springs;
   springs.Move(0, kPressed, kSpring);

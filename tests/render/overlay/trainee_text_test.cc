@@ -506,6 +506,11 @@ TEST(TraineeText, ScissorsTellHowManyClipsAreOnBothSidesOfTheCut) {
     }
     return Tone::kAlarm;
   };
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "there is none";
+  trainee.scene.readouts[1].clips_beside.gap = 0.0013;  // to its middle
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "0.8 mm from a clip"));
+  trainee.scene.readouts[1].clips_beside.gap = 0.006;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "far away";
   int& organ_end = trainee.names.exercise->ducts[1].organ_end;
   organ_end = 0;
   EXPECT_EQ(tone(1, 2), Tone::kGood);
@@ -537,14 +542,17 @@ TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in")) << "there already";
   EXPECT_TRUE(Shows(trainee.Text().tools[0], "free")) << "a grasper";
   trainee.scene.readouts[1].layer = 0;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: not\n|yet"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: a\n|later step"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = 1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|burn now"));
   trainee.health.tools[1].organ = 0;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|do not burn\n|touches liver"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|burn briefly\n|touches liver"))
+      << "the bed takes the heat";
+  trainee.health.tools[1].depth = 0.0012;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|do not burn\n|1.2 mm into liver"));
   trainee.health.tools[1].organ = -1;
-  EXPECT_FALSE(Shows(trainee.Text().tools[1], "not yet"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "later step"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = -1;
   trainee.to_free = -1;
