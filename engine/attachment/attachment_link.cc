@@ -127,7 +127,7 @@ Matrix3d AttachmentLink::ComplianceOf(std::size_t duct, int node) {
 void AttachmentLink::AddFreeDisplacements(std::span<const BodyInStep> bodies) {
   for (std::size_t m = 0; m < joint().members().size(); ++m) {
     const BodyInStep& body = bodies[ToSize(bodies_[m])];
-    // The modes of a member let go are in its frame, as what it lost without forces.
+    // The modes of a member let go are in its frame, and so is what it moves there without forces.
     const Points* U = HasLetGo(m) ? nullptr : body.body->FreeDisplacements();
     if (U == nullptr) U = body.input.free;
     if (U == nullptr || (HasLetGo(m) && !HasDucts(m))) continue;

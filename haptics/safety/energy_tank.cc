@@ -8,10 +8,9 @@
 namespace hpdm {
 namespace {
 
-// The limit is full once the tissue has given back the inverse of this share of its energy, or half of what
-// the tank has, if that is less. An empty tank counts as one with a share of kLeastCovered.
+// The limit is full once the tissue has given back the inverse of this share of its energy. Without any
+// energy in the tank half of that share is lost.
 constexpr double kSteep = 8;
-constexpr double kLeastCovered = 1e-3;
 
 // m/s. A tip that moves faster is no hand's, but a reading that jumps or comes after a gap.
 constexpr double kFastest = 10;
@@ -41,18 +40,17 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   started_ = true;
   free_ = touches ? 0 : free_ + options_.period;
   if (free_ >= options_.released) {
-    energy_ = most_ = largest_ = 0;
+    energy_ = largest_ = 0;
     held_ = false;
     share_ = end_share_ = 1;
     end_left_.reset();
   }
   if (jumps) {
     for (Tool& tool : tools_) tool.moved_W.setZero();
-    energy_ = most_ = tissue + walls;
+    energy_ = tissue + walls;
     largest_ = tissue;
   }
   largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
-  most_ = std::max(energy_, energy_ + kept_ * (most_ - energy_));
   if (!options_.control || held_) return share_ = 1;
   const double left = energy_ + options_.reserve - walls;
   if (!(tissue > 0)) {
@@ -61,9 +59,7 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
     return share_ = end_share_ * std::clamp(1 - given, 0.0, 1.0);
   }
   const double covered = std::clamp(left / tissue, 0.0, 1.0);
-  const double steep = std::max(kSteep, 1 / std::max(covered, kLeastCovered));
-  const double fallen = std::max(largest_ - tissue, most_ - energy_) / largest_;
-  const double given_back = std::min(1.0, steep * fallen);
+  const double given_back = std::min(1.0, kSteep * (1 - tissue / largest_));
   end_left_.reset();
   return share_ = end_share_ = 1 - (1 - covered) * given_back;
 }

@@ -26,9 +26,9 @@ struct EnergyTankOptions {
 /// 1. E is the work of all hands on the displayed forces since all tools were last free for `released`.
 /// 2. U is what the springs of the present contacts store, of tissue and walls (TipEnergy).
 /// 3. If U exceeds E, the force of soft tissue is scaled down as it gives energy back. With U_max the
-///    largest recent U of the tissue, which returns to U with the time constant `settle`, and E_max that of E,
-///        share = 1 - (1 - c) min(1, max(8, 1 / c) max(U_max - U, E_max - E) / U_max),   c = (E - U_walls) / U.
-///    E falls and U does not where tissue goes along with a tip and drives it. So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
+///    largest recent U of the tissue, which returns to U with the time constant `settle`,
+///        share = 1 - (1 - (E - U_walls) / U) min(1, 8 (1 - U / U_max)).
+///    So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
 ///    out it changes without a step, and springs that store E are left at its end. A force that fades out
 ///    after its contact stores nothing: its share falls with what is left of E.
 /// 4. Where a tip jumps, the tank starts with what the springs store there.
@@ -69,12 +69,11 @@ class EnergyTank {
   double kept_;  // of a difference that falls with the time constant `settle`, in a tick
   std::array<Tool, kMaxInstruments> tools_;
   bool started_ = false;
-  bool held_ = false;             // jaws hold, or did in this contact
-  double free_ = 0;               // s
-  double energy_ = 0, most_ = 0;  // E, E_max
-  double largest_ = 0;            // U_max
-  double share_ = 1;              // of the last tick
-  double end_share_ = 1;          // while tissue last stored energy
+  bool held_ = false;  // jaws hold, or did in this contact
+  double free_ = 0;    // s
+  double energy_ = 0, largest_ = 0;
+  double share_ = 1;      // of the last tick
+  double end_share_ = 1;  // while tissue last stored energy
   std::optional<double>
       end_left_;  // E less the walls' energy in the first tick without; none before it
 };

@@ -202,7 +202,7 @@ void AddContactLines(const Status& status, const StatusNames& names, int tool,
   const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
   if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
     const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
-    lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": a later step"),
+    lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": optional"),
                       wanted ? Tone::kGood : Tone::kPlain});
     const bool touches = health.organ >= 0, is_deep = touches && health.depth > kDepthShown;
     if (wanted && status.to_free >= 0) {
@@ -274,11 +274,16 @@ void AddCutAhead(const Status& status, const StatusNames& names, int tool,
        tone});
 }
 
-// Adds whether a clip applier may close now, and what to mend. With the guidance off only how it lies.
+// Adds whether a clip applier may close now, and what to mend. With the guidance off only the clip's angle.
 void AddClipAhead(const Status& status, const StatusNames& names, int tool,
                   std::vector<StatusLine>* lines) {
   const ToolReadout& readout = status.scene.readouts[tool];
   const DuctAction& clip = readout.clip_ahead;
+  std::string angle = Format("%.0f\u00b0 oblique", clip.angle / kDegree);
+  if (!status.view.guidance) {
+    lines->push_back({angle, Tone::kDim});
+    return;
+  }
   ExerciseDuct duct;
   double most_angle = kClipAngle;
   if (names.exercise) {
@@ -287,23 +292,20 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
     most_angle = ClipAngleOf(*names.exercise, clip.duct);
   }
   const ClipFinding finding = DuctJudge::Examine(clip, readout.clips_beside.gap, duct, most_angle);
-  const bool judges = status.view.guidance;
   const std::size_t verdict = lines->size();
-  if (judges) {
-    lines->emplace_back();
-    const bool early = AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyClip, lines);
-    const bool good = !early && finding.faults == kClipSound;
-    (*lines)[verdict] = {good ? "close now" : "do not close yet",
-                         good ? Tone::kGood : Tone::kWarning};
-  }
-  if (judges && (finding.faults & kClipShort) != 0) {
+  lines->emplace_back();
+  const bool early = AddStepBefore(status, names, tool, ExerciseErrorKind::kEarlyClip, lines);
+  const bool good = !early && finding.faults == kClipSound;
+  (*lines)[verdict] = {good ? "close now" : "do not close yet",
+                       good ? Tone::kGood : Tone::kWarning};
+  if ((finding.faults & kClipShort) != 0) {
     const ToolPose& pose = status.scene.tools[tool];
     const double jaws = OfInstrument(names.duct_jaws, tool, pose.instrument_index);
     const bool at_tip = (pose.X_WT.inverse() * clip.place_W).z() < jaws / 2;
     lines->push_back({at_tip ? "push in to cover it" : "pull back to cover it", Tone::kWarning});
   }
   const auto add_distance = [&](ClipFault fault, double distance, const char* from, double least) {
-    if (!judges || (finding.faults & fault) == 0) return;
+    if ((finding.faults & fault) == 0) return;
     const std::string is = Format("%.1f mm from ", 1e3 * std::max(0.0, distance)) + from;
     lines->push_back({is + Format(": %g needed", 1e3 * least), Tone::kWarning});
   };
@@ -311,13 +313,12 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
   add_distance(kClipNearEnd, finding.to_end, "its end", DuctJudge::kLeastToEnd);
   const bool oblique = (finding.faults & kClipOblique) != 0;
   const double roll = readout.clip_roll;
-  std::string angle = Format("%.0f\u00b0 oblique", clip.angle / kDegree);
-  if (judges && std::abs(roll) >= kLittleRoll) {
+  if (std::abs(roll) >= kLittleRoll) {
     angle += Format(": roll %.0f\u00b0, %s", std::abs(roll) / kDegree, roll > 0 ? "e" : "q");
-  } else if (judges && oblique) {
+  } else if (oblique) {
     angle += ": turn the tube, other hand";
   }
-  lines->push_back({angle, judges && oblique ? Tone::kWarning : Tone::kDim});
+  lines->push_back({angle, oblique ? Tone::kWarning : Tone::kDim});
 }
 
 // Adds the duct between open jaws, and what closing them would do.

@@ -542,7 +542,7 @@ TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "push in")) << "there already";
   EXPECT_TRUE(Shows(trainee.Text().tools[0], "free")) << "a grasper";
   trainee.scene.readouts[1].layer = 0;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle: a\n|later step"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle:\n|optional"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = 1;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|burn now"));
@@ -552,7 +552,7 @@ TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   trainee.health.tools[1].depth = 0.0012;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|do not burn\n|1.2 mm into liver"));
   trainee.health.tools[1].organ = -1;
-  EXPECT_FALSE(Shows(trainee.Text().tools[1], "later step"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "optional"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = -1;
   trainee.to_free = -1;
