@@ -248,9 +248,7 @@ inline constexpr const char* kFillingsAndLayersRemedy =
     "cut or adaptive_functions";
 
 /// True if an organ's lumens leak once they are perforated: its tissue does not relax.
-inline bool HasLeakingLumens(const OrganOptions& organ) {
-  return organ.material.prony.count == 0;
-}
+inline bool HasLeakingLumens(const OrganOptions& organ) { return organ.material.prony.count == 0; }
 
 /// Returns the number of cells of the finer splines (LocalFunctionOptions).
 inline double FineCells(const OrganOptions& organ) {

@@ -347,10 +347,8 @@ OrganOptions ReadOrgan(const TableReader& table) {
   }
   for (const LumenOptions& lumen : organ.lumens) {
     if (!lumen.perforated_at || HasLeakingLumens(organ)) continue;
-    table.Fail(
-        "lumen",
-        "has perforated_at, but lumens of viscoelastic tissue stay closed",
-        "remove perforated_at or material.prony");
+    table.Fail("lumen", "has perforated_at, but lumens of viscoelastic tissue stay closed",
+               "remove perforated_at or material.prony");
   }
   return organ;
 }

@@ -326,7 +326,7 @@ TEST(LumenLeaks, AnAttachedOrganIsInEquilibriumWithItsLayer) {
   ExpectEquilibriumWithALayer({.perforated_at = 0});
 }
 
-// What holds it is the layer alone; the drag ends its motion.
+// Only the layer holds it. The drag ends its motion.
 TEST(LumenLeaks, AFreeOrganIsInEquilibriumWithItsLayer) {
   ExpectEquilibriumWithALayer({.perforated_at = 0, .drag = 20});
 }
