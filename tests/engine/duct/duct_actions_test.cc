@@ -336,7 +336,7 @@ TEST(DuctActions, AHeldPartFollowsTheJawsAfterACut) {
   EXPECT_EQ(duct.Cut(duct.rod().ArcLength(held + 1)), -1) << "in the jaws";
 }
 
-// Nodes are half a millimetre and more apart.
+// A cut is at a node. The middle node is the nearest one here, but a clip lies between it and the jaws.
 TEST(DuctActions, ACutStaysOnItsSideOfAClip) {
   JoinedBlocks blocks(Scissors());
   const Rod& rod = blocks.duct().rod();
@@ -346,8 +346,7 @@ TEST(DuctActions, ACutStaysOnItsSideOfAClip) {
     for (const double off : {0.1, 0.3, 0.45}) {
       DuctState duct = blocks.duct();
       ASSERT_TRUE(duct.Clip(at + side * off * part));
-      const double wanted =
-          at + side * (off + 0.02) * part;  // beyond the clip, nearer to the middle node
+      const double wanted = at + side * (off + 0.02) * part;
       const double planned = duct.rod().ArcLength(duct.NodeToCut(wanted));
       const int node = duct.Cut(wanted);
       ASSERT_GT(node, 0);
