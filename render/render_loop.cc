@@ -22,6 +22,7 @@ namespace {
 // A triple buffer cannot wake its reader. Polling twice a millisecond adds a quarter of a
 // millisecond to a picture's age and costs about 1 % of a core.
 constexpr std::chrono::microseconds kPollPeriod(500);
+constexpr Nanoseconds kPausedPeriod = kNanosecondsPerSecond / 5;
 constexpr Nanoseconds kNoticeTime = 3 * kNanosecondsPerSecond;
 
 double LargestDisplacement(const OrganSnapshot& organ, const PointsF& rest) {
@@ -151,12 +152,8 @@ bool RenderLoop::Frame() {
   if (!failure_.empty()) return false;
   if (!edges_.snapshots.Update()) return false;
   if (!TryToStart()) return false;
-  try {
-    TakeSettings();
-  } catch (const MachineError& error) {
-    failure_ = error.what();
-    return false;
-  }
+  TakeSettings();
+  if (!failure_.empty()) return false;
   const SceneSnapshot& snapshot = edges_.snapshots.Front();
   const Nanoseconds start_ns = clock_();
   frame_rate_.Add(start_ns);
@@ -179,7 +176,6 @@ bool RenderLoop::Frame() {
   return true;
 }
 
-// Throws MachineError if the driver refuses a picture of the window's size.
 void RenderLoop::TakeSettings() {
   if (edges_.settings == nullptr || !edges_.settings->Update()) return;
   settings_ = edges_.settings->Front();
@@ -194,7 +190,11 @@ void RenderLoop::TakeSettings() {
     return;  // an impossible view: keep the last one
   }
   if (drawing_->target.width() != width || drawing_->target.height() != height) {
-    drawing_->target = PictureTarget(width, height, options_.samples);
+    try {
+      drawing_->target = PictureTarget(width, height, options_.samples);
+    } catch (const MachineError& error) {  // the driver refuses a picture of the window's size
+      failure_ = error.what();
+    }
   }
 }
 
@@ -231,8 +231,11 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
     status.outside[t] = from_middle.norm() > scope_.circle_radius_px();
   }
   if (guide_) {
-    status.to_free = guide_->attachment;
+    status.to_free = guide_->attachments;
+    status.to_free_nearest = guide_->nearest;
     status.to_free_W = guide_->nearest_W;
+    status.to_free_gap = guide_->gap;
+    status.tautness = guide_->tautness;
   }
   status.optics_turn = OpticsTurn(first_scope_, scope_);
   status.optics_changed = settings_.scope.angle - first_angle_;
@@ -246,8 +249,8 @@ std::optional<FreeingGuide> RenderLoop::Guide(const SceneSnapshot& snapshot) con
   if (!wanted || edges_.health == nullptr) return std::nullopt;
   const ExerciseStatus& status = edges_.health->Front().exercise;
   const ExerciseStepOptions* present = PresentStep(status, names);
-  if (status.ended || present == nullptr || !present->frees) return std::nullopt;
-  FreeingGuide guide{*present->frees, ColourOf(Tone::kGood, options_.palette).head<3>()};
+  if (status.ended || present == nullptr || present->frees.empty()) return std::nullopt;
+  FreeingGuide guide{present->frees, ColourOf(Tone::kGood, options_.palette).head<3>()};
   for (std::size_t t = 0; t < ToSize(snapshot.tool_count) && t < names.frees_layers.size(); ++t) {
     const ToolPose& pose = snapshot.tools[t];
     const auto instrument = ToSize(pose.instrument_index);
@@ -266,6 +269,7 @@ void RenderLoop::DrawNewest(const SceneSnapshot& snapshot) {
   std::string reason = drawing_->context->Failure();
   if (reason.empty()) {
     drawing_->target.Bind();
+    drawn_settings_ = settings_;
     guide_ = Guide(snapshot);
     drawing_->view.Draw(snapshot, scope_, settings_.overlays, guide_ ? &*guide_ : nullptr);
     drawing_->target.Resolve(scope_);
@@ -359,7 +363,11 @@ void RenderLoop::Run(std::stop_token stop) {
   Nanoseconds earliest_ns = clock_();
   while (!stop.stop_requested() && failure_.empty()) {
     const Nanoseconds now_ns = clock_();
-    if (now_ns >= earliest_ns && Frame()) {
+    TakeSettings();
+    // In a pause only what keys and the mouse ask for is drawn at once.
+    const bool rests = settings_.paused && settings_ == drawn_settings_;
+    const Nanoseconds rest_ns = rests ? std::max(kPausedPeriod - period_ns, Nanoseconds{0}) : 0;
+    if (now_ns >= earliest_ns + rest_ns && Frame()) {
       earliest_ns = std::max(earliest_ns + period_ns, now_ns + period_ns / 2);
     } else {
       std::this_thread::sleep_for(kPollPeriod);

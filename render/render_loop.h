@@ -127,7 +127,8 @@ class RenderLoop {
   bool Frame();
 
   /// Calls Frame() whenever a snapshot arrives, on average at most max_hz times a second, until a
-  /// stop request or a failure. Starts and ends on the calling thread.
+  /// stop request or a failure. In a pause it draws five times a second, and at once what keys or the mouse
+  /// change. Starts and ends on the calling thread.
   void Run(std::stop_token stop);
 
   /// Frees all OpenGL objects, on the thread that started. The pictures stay.
@@ -175,8 +176,8 @@ class RenderLoop {
   Edges edges_;
   Clock clock_;
   RenderContextFactory make_context_;
-  ViewSettings settings_;
-  std::vector<PointsF> rest_;  // per organ, V x 3
+  ViewSettings settings_, drawn_settings_;  // the newest, and those of the last picture
+  std::vector<PointsF> rest_;               // per organ, V x 3
   std::unique_ptr<Drawing> drawing_;
   std::optional<FreeingGuide> guide_;  // of the newest picture
   FrameRate frame_rate_;

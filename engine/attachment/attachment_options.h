@@ -11,12 +11,13 @@ namespace hpdm {
 /// A layer of connective tissue between the facing surfaces of two organs, or a leaf, a sheet that spans
 /// the way between two lines on their surfaces. Both tear for good (cohesive_law.h).
 struct AttachmentOptions {
-  std::string name = {};  ///< Empty: LabelOf() names the organs.
-  std::string a, b;       ///< Names of the organs.
-  Region region;          ///< The layer covers the part of a's surface in it that b faces.
-  double young = 0;       ///< Pa.
-  double thickness = 0;   ///< m.
-  double strength = 0;    ///< Pa: the largest traction; of a leaf the largest stress.
+  std::string name = {};   ///< Empty: LabelOf() names the organs.
+  std::string label = {};  ///< What it is to an exercise, such as "bed"; or empty.
+  std::string a, b;        ///< Names of the organs.
+  Region region;           ///< The layer covers the part of a's surface in it that b faces.
+  double young = 0;        ///< Pa.
+  double thickness = 0;    ///< m.
+  double strength = 0;     ///< Pa: the largest traction; of a leaf the largest stress.
   /// J/m^2: the energy that frees a unit of area; of a leaf that tears a unit of its cross-section.
   double toughness = 0;
   double reach = 0;  ///< m: the largest distance of facing points, or of a line from its surface.

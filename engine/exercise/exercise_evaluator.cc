@@ -111,9 +111,8 @@ void ExerciseEvaluator::AdvanceStep(const StepSample& sample) {
 // Returns how far a step is by what it asks for, without the time for which it must hold.
 double ExerciseEvaluator::ProgressOf(const ExerciseStepOptions& step,
                                      const StepSample& sample) const {
-  if (step.frees) {
-    const auto& layer = sample.attachments[static_cast<std::size_t>(*step.frees)];
-    return std::clamp(layer.freed_area / step.freed_area, 0.0, 1.0);
+  if (!step.frees.empty()) {
+    return std::clamp(FreedArea(sample, step.frees) / step.freed_area, 0.0, 1.0);
   }
   if (step.holds && step.lift > 0) {
     double most = 0;  // m
@@ -150,10 +149,7 @@ bool ExerciseEvaluator::Holds(const ExerciseStepOptions& step, const StepSample&
       }
     });
   }
-  const bool freed =
-      !step.frees ||
-      (*step.frees < sample.attachment_count &&
-       sample.attachments[static_cast<std::size_t>(*step.frees)].freed_area >= step.freed_area);
+  const bool freed = step.frees.empty() || FreedArea(sample, step.frees) >= step.freed_area;
   const bool clipped = std::ranges::all_of(
       step.clips, [&](int duct) { return judge_.GoodClips(duct) >= step.clip_count; });
   const bool cut = std::ranges::all_of(step.cuts, [&](int duct) { return judge_.IsCutWell(duct); });

@@ -40,8 +40,8 @@ struct ExerciseStepOptions {
   std::optional<Vector3d> at_W = {};            ///< The press, or else the held tissue, is
                                                 ///< within `within` of this, m.
   double within = 0;                            ///< m.
-  std::optional<int> frees = {};                ///< Attachment that is freed
-  double freed_area = 0;                        ///< by this area, m^2.
+  std::vector<int> frees = {};                  ///< Attachments that are freed
+  double freed_area = 0;                        ///< by this area together, m^2.
   std::vector<int> clips = {};                  ///< Ducts of which each has
   int clip_count = 3;                           ///< so many good clips (duct_judge.h).
   std::vector<int> cuts = {};                   ///< Ducts of which each is cut well.

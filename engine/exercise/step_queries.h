@@ -65,6 +65,16 @@ inline double TornArea(const StepSample& sample, int attachment) {
   return area;
 }
 
+/// Returns what of these attachments is free, m^2.
+inline double FreedArea(const StepSample& sample, const std::vector<int>& attachments) {
+  double area = 0;
+  for (const int a : attachments) {
+    if (a < sample.attachment_count)
+      area += sample.attachments[static_cast<std::size_t>(a)].freed_area;
+  }
+  return area;
+}
+
 /// True if a rule for ducts is meant for this one.
 inline bool Means(const ExerciseErrorOptions& error, int duct) {
   return error.ducts.empty() || Contains(error.ducts, duct);

@@ -1,5 +1,6 @@
 #include "haptics/contact/haptic_contact.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -111,7 +112,7 @@ void HapticContact::SetReaction(const Vector3d& force_on_tissue_W) {
     result_.organ = organ_;
     result_.kind = ContactKind::kPress;
     result_.normal_W = tip_.normal_W;
-    const double others = tip_.normal_W.dot(moved_W_ - pushed_W_);
+    const double others = tip_.normal_W.dot(moved_W_ - pushed_W_ + held_W_);
     result_.depth = std::max(tip_.depth + others, 0.0);
   }
   result_.slip = tip_.holds ? slip_length_ : 0;
@@ -237,6 +238,7 @@ Matrix3d HapticContact::ConstantCouplingTo(PlaceId place) const {
 
 void HapticContact::FindForce() noexcept {
   moved_W_ = pushed_W_;
+  held_W_.setZero();
   if (!in_lattice_) return;
   TakeSlipBack();
   SlipInJaws(WayInJaws(TipForce(tip_)));
@@ -268,6 +270,18 @@ void HapticContact::FindForces(HapticContact* a, HapticContact* c) noexcept {
   }
   a->moved_W_ = coupling_W * force_c_W + a->pushed_W_;
   c->moved_W_ = coupling_W.transpose() * force_a_W + c->pushed_W_;
+  a->held_W_ = c->HeldBack(coupling_W, force_a_W);
+  c->held_W_ = a->HeldBack(coupling_W.transpose(), force_c_W);
+}
+
+// Returns the displacement of another tip's tissue by the force with which these jaws answer the other tip's
+// force, m. A body that is held by little but the jaws would give way by decimetres without it.
+Vector3d HapticContact::HeldBack(const Matrix3d& coupling_W,
+                                 const Vector3d& other_force_W) const noexcept {
+  if (!tip_.holds) return Vector3d::Zero();
+  const Vector3d held_W =
+      coupling_W * OwnCompliance().ldlt().solve(coupling_W.transpose() * other_force_W);
+  return held_W.allFinite() ? held_W : Vector3d::Zero();
 }
 
 TickContactPoint HapticContact::contact_point() const noexcept {

@@ -33,7 +33,8 @@ inline Vector3d OnTip(const Vector3d& force_W, const Vector3d& axis_W, double le
 struct HapticForce {
   Vector3d reaction_W = Vector3d::Zero();  ///< Eq. 29's force on the hand, N; of a shaft: OnTip.
   Vector3d normal_W = Vector3d::Zero();    ///< Press: the outward unit normal; else zero.
-  double depth = 0;                        ///< Press: tip below the released surface, m.
+  /// Press: tip below the surface that this tip has released and jaws still hold where they do, m.
+  double depth = 0;
   int organ = -1;
   ContactKind kind = ContactKind::kNone;
   bool rigid = false;                  ///< Press on a rigid organ's virtual wall.
@@ -217,6 +218,7 @@ class HapticContact {
   bool FindContact(const TipPose& tip);
   bool FindBeside(const TipPose& tip);
   Matrix3d ConstantCouplingTo(PlaceId place) const;
+  Vector3d HeldBack(const Matrix3d& coupling_W, const Vector3d& other_force_W) const noexcept;
   bool FindFarContact(const Vector3d& p_last_W, const Vector3d& p_tip_W, double radius,
                       bool moved_far);
   bool FindOnShaft(TipPose* tip);
@@ -344,7 +346,9 @@ class HapticContact {
   CondensedTip tip_;
   Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the foot, to the other tip's step place
   Vector3d pushed_W_ = Vector3d::Zero();    // displacement by PushTo, in tip_
-  Vector3d found_W_ = Vector3d::Zero();     // force on the tissue, N
+  Vector3d held_W_ =
+      Vector3d::Zero();  // by how much jaws keep the tissue from following the tip, m
+  Vector3d found_W_ = Vector3d::Zero();  // force on the tissue, N
 
   // Viscoelastic organ.
   MaxwellStep step_;                             // since the last tick

@@ -12,6 +12,10 @@ namespace {
 // energy in the tank half of that share is lost.
 constexpr double kSteep = 8;
 
+// The share of the largest recent E below which the limit sets in, whatever the springs store. It is full
+// at half of that.
+constexpr double kNearlySpent = 0.1;
+
 // m/s. A tip that moves faster is no hand's, but a reading that jumps or comes after a gap.
 constexpr double kFastest = 10;
 
@@ -40,7 +44,7 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   started_ = true;
   free_ = touches ? 0 : free_ + options_.period;
   if (free_ >= options_.released) {
-    energy_ = largest_ = 0;
+    energy_ = largest_ = most_left_ = 0;
     held_ = false;
     share_ = end_share_ = 1;
     end_left_.reset();
@@ -53,13 +57,16 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
   if (!options_.control || held_) return share_ = 1;
   const double left = energy_ + options_.reserve - walls;
+  most_left_ = std::max(left, left + kept_ * (most_left_ - left));
   if (!(tissue > 0)) {
     if (!end_left_) end_left_ = left;
     const double given = (*end_left_ - left) / std::max(*end_left_, options_.reserve);
     return share_ = end_share_ * std::clamp(1 - given, 0.0, 1.0);
   }
   const double covered = std::clamp(left / tissue, 0.0, 1.0);
-  const double given_back = std::min(1.0, kSteep * (1 - tissue / largest_));
+  const double released = 1 - tissue / largest_;
+  const double spent = 1 - left / (kNearlySpent * std::max(most_left_, options_.reserve));
+  const double given_back = std::min(1.0, std::max(kSteep * released, 2 * spent));
   end_left_.reset();
   return share_ = end_share_ = 1 - (1 - covered) * given_back;
 }

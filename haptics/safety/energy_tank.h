@@ -27,8 +27,9 @@ struct EnergyTankOptions {
 /// 2. U is what the springs of the present contacts store, of tissue and walls (TipEnergy).
 /// 3. If U exceeds E, the force of soft tissue is scaled down as it gives energy back. With U_max the
 ///    largest recent U of the tissue, which returns to U with the time constant `settle`,
-///        share = 1 - (1 - (E - U_walls) / U) min(1, 8 (1 - U / U_max)).
-///    So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
+///        share = 1 - (1 - (E - U_walls) / U) min(1, max(8 (1 - U / U_max), 2 (1 - 10 E / E_max))),
+///    where E_max is the same of E. The second term is for tissue that follows a tip on its way out: U then stays
+///    while E is spent. So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
 ///    out it changes without a step, and springs that store E are left at its end. A force that fades out
 ///    after its contact stores nothing: its share falls with what is left of E.
 /// 4. Where a tip jumps, the tank starts with what the springs store there.
@@ -72,6 +73,7 @@ class EnergyTank {
   bool held_ = false;  // jaws hold, or did in this contact
   double free_ = 0;    // s
   double energy_ = 0, largest_ = 0;
+  double most_left_ = 0;  // of E less the walls' energy, recently
   double share_ = 1;      // of the last tick
   double end_share_ = 1;  // while tissue last stored energy
   std::optional<double>

@@ -25,6 +25,7 @@ struct LaparoscopeOptions {
   double distortion = 0;  ///< Distortion k of the lens: a ray at the tangent r off the axis appears
                           ///< at r (1 + k r^2 / R^2) / (1 + k), with R the circle's edge.
                           ///< Negative: barrel, as in wide lenses.
+  bool operator==(const LaparoscopeOptions&) const = default;
 };
 
 /// Diameter of the circular picture on the camera's sensor, m: the longer side of a 1/3 inch

@@ -13,6 +13,7 @@ constexpr double kErrorShown = 8;         // s for which an error stays on the s
 constexpr double kRestartShown = 6;       // s
 constexpr double kDoneShown = 5;          // s for which a step that has just been done is named
 constexpr double kInstructionShown = 20;  // s of a step; later its name, which covers less
+constexpr double kNearlyTorn = 0.75;      // share of the way to tearing from which a pull is eased
 constexpr std::size_t kMaxResult = 26;    // lines that fit on the picture
 
 // Returns the name of the last error, or of a clip its faults with their figures.
@@ -52,7 +53,7 @@ const ExerciseStepOptions* PresentStep(const ExerciseStatus& status, const Statu
 }
 
 std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const ExerciseOptions& exercise,
-                                      bool paused) {
+                                      double tautness, bool paused) {
   std::vector<StatusLine> lines;
   const auto step = static_cast<std::size_t>(status.step);
   if (!paused && status.last_error >= 0 && status.time - status.last_error_time < kErrorShown) {
@@ -76,6 +77,12 @@ std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const Exerci
     // Rounded down: 100 % is done.
     if (status.progress > 0)
       lines.push_back({Format("%.0f %%", std::floor(100 * status.progress))});
+    if (tautness > 0) {
+      const bool nearly = tautness >= kNearlyTorn;
+      lines.push_back(
+          {Format("pull: %.0f %% of tearing", 100 * tautness) + (nearly ? ", ease it" : ""),
+           nearly ? Tone::kWarning : Tone::kPlain});
+    }
   }
   lines.push_back({Format("%.0f s left, ", status.time_left) + CountOf(status.errors, "error") +
                        Format(", score %.0f", status.score),

@@ -9,9 +9,10 @@ namespace hpdm {
 /// Returns the step at which the exercise is; nullptr without one, as in a replay, and after the last.
 const ExerciseStepOptions* PresentStep(const ExerciseStatus& status, const StatusNames& names);
 
-/// Returns the exercise's present step, how far it is, and the last error for a while.
+/// Returns the exercise's present step, how far it is, and the last error for a while. `tautness`: that of
+/// the layer to free (Status::tautness).
 std::vector<StatusLine> GuidanceLines(const ExerciseStatus& status, const ExerciseOptions& exercise,
-                                      bool paused);
+                                      double tautness, bool paused);
 
 /// Returns the kinds of errors so far, with how often each was made.
 std::vector<StatusLine> ErrorLines(const ExerciseStatus& status, const ExerciseOptions& exercise);

@@ -222,7 +222,7 @@ StatusText MakeStatusText(const Status& status, const StatusNames& names) {
   const ExerciseStatus& exercise = status.health.exercise;
   const bool guides = status.view.guidance && names.exercise && exercise.present;
   if (guides && !exercise.ended) {
-    text.guidance = GuidanceLines(exercise, *names.exercise, status.view.paused);
+    text.guidance = GuidanceLines(exercise, *names.exercise, status.tautness, status.view.paused);
     if (status.view.paused)  // in the corner, for the guidance is over the tissue
       std::ranges::move(ErrorLines(exercise, *names.exercise), std::back_inserter(text.state));
   }

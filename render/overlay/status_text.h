@@ -41,11 +41,14 @@ struct Status {
   const PictureMarks* marks = nullptr;  ///< Of a teacher; null: none.
   /// Where each tool's tip is, 0..1 of the picture from its left and top. None: it is behind the lens.
   std::array<std::optional<Eigen::Vector2d>, kMaxInstruments> tips = {};
-  /// Attachment that the exercise asks to free next, -1: none; and what is left of it nearest to the tip of
-  /// each tool that frees layers.
-  int to_free = -1;
+  /// Attachments that the exercise asks to free next, and what is left of them nearest to the tip of each
+  /// tool that frees layers.
+  std::vector<int> to_free = {};
   std::array<std::optional<Vector3d>, kMaxInstruments> to_free_W = {};
-  double aspect = 4.0 / 3;                      ///< Width of the picture over its height.
+  std::array<int, kMaxInstruments> to_free_nearest = {};  ///< The attachment there.
+  std::array<double, kMaxInstruments> to_free_gap = {};   ///< m between its two surfaces there.
+  double tautness = 0;      ///< Their largest share of the way to tearing, 0..1.
+  double aspect = 4.0 / 3;  ///< Width of the picture over its height.
   std::array<bool, kMaxInstruments> outside{};  ///< The tip is outside the circular picture.
   double optics_turn = 0;                       ///< rad about the shaft, from the first view's.
   double optics_changed = 0;  ///< rad: the optics' angle less that of the first view.

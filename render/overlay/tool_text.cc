@@ -87,6 +87,11 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const Status& status, const Statu
 // m from which on the way to a target is told, and the least share of it that is.
 constexpr double kWayShown = 0.0005, kLeastShare = 0.4;
 
+// Returns the side of the picture to which x, to the right, and y, up, lead.
+const char* PictureSide(double x, double y) {
+  return std::abs(x) > std::abs(y) ? (x < 0 ? "left" : "right") : (y < 0 ? "down" : "up");
+}
+
 // Returns how the hand moves the tip by `way_W` (m): "push in, left", with the picture's sides.
 std::string WayText(const ToolPose& pose, const Isometry3d& X_WC, const Vector3d& way_W) {
   const Vector3d out_W = pose.X_WT.linear().col(2);
@@ -97,9 +102,19 @@ std::string WayText(const ToolPose& pose, const Isometry3d& X_WC, const Vector3d
   const double x = beside_C.x(), y = beside_C.y();
   if (std::max(std::abs(x), std::abs(y)) > least) {
     way += way.empty() ? "" : ", ";
-    way += std::abs(x) > std::abs(y) ? (x < 0 ? "left" : "right") : (y < 0 ? "down" : "up");
+    way += PictureSide(x, y);
   }
   return way;
+}
+
+// m in front of the lens: the least depth at which a tip is looked for.
+constexpr double kLeastView = 0.03;
+
+// Returns the way from a tip to the middle of the picture at its depth, m.
+Vector3d IntoPicture_W(const ToolPose& pose, const Isometry3d& X_WC) {
+  const Vector3d tip_C = X_WC.inverse() * pose.X_WT.translation();
+  const Vector3d middle_C(0, 0, std::min(tip_C.z(), -kLeastView));
+  return X_WC.linear() * (middle_C - tip_C);
 }
 
 // Adds "to cystic duct" and "12 mm: push in, left": two short lines fit beside the guidance.
@@ -112,8 +127,24 @@ void AddWayLines(const Status& status, int tool, const Vector3d& from_W, const V
       {Format("%.0f mm", 1e3 * std::max(0.0, gap)) + (way.empty() ? "" : ": ") + way, Tone::kDim});
 }
 
-// m up to which jaws that close on ducts are said to be near one.
-constexpr double kDuctShown = 0.06;
+// m by which the strands must be longer than a hook is thick, so that it fits between the organs; m up to
+// which the hook is told so; and the share of the way to tearing up to which a pull is advised.
+constexpr double kRoom = 0.0005, kGapShown = 0.01, kMostPull = 0.6;
+
+// Adds that an instrument does not fit between the organs of the layer to free.
+void AddGapLine(const Status& status, const StatusNames& names, int tool,
+                std::vector<StatusLine>* lines) {
+  if (!status.to_free_W[ToSize(tool)]) return;
+  const double gap = status.to_free_gap[ToSize(tool)];
+  const double thick =
+      2 * OfInstrument(names.tip_radii, tool, status.scene.tools[tool].instrument_index);
+  if (gap >= thick + kRoom || thick == 0) return;
+  const char* advice = status.tautness < kMostPull ? ": pull further" : "";
+  lines->push_back({Format("gap %.1f mm", 1e3 * gap) + advice, Tone::kWarning});
+}
+
+// m up to which jaws that close on ducts are said to be near one, and to miss it narrowly.
+constexpr double kDuctShown = 0.06, kBesideJaws = 0.003;
 
 // Adds how far an instrument is from its target. That of jaws that close on ducts, measured from their
 // middle, is the nearest duct that the exercise asks for; that of a hook is the layer to free. False without
@@ -125,15 +156,19 @@ bool AddTargetLines(const Status& status, const StatusNames& names, int tool,
     const Vector3d middle_W = pose.X_WT * Vector3d(0, 0, jaws / 2);
     const auto [duct, gap, near_W] = NearestDuctTo(middle_W, status, names);
     if (gap < kDuctShown) {
-      AddWayLines(status, tool, middle_W, near_W, gap, names.ducts[duct], lines);
+      // To the tube's axis, which must come between the jaws.
+      const double way = (near_W - middle_W).norm();
+      AddWayLines(status, tool, middle_W, near_W, way, names.ducts[duct], lines);
+      if (gap < kBesideJaws) lines->push_back({"not between the jaws", Tone::kWarning});
       return true;
     }
   }
   if (const std::optional<Vector3d>& to_W = status.to_free_W[ToSize(tool)];
-      status.to_free >= 0 && to_W) {
+      to_W && ToSize(status.to_free_nearest[ToSize(tool)]) < names.layers.size()) {
     const Vector3d tip_W = pose.X_WT.translation();
     AddWayLines(status, tool, tip_W, *to_W, (*to_W - tip_W).norm(),
-                names.layers[ToSize(status.to_free)], lines);
+                names.layers[ToSize(status.to_free_nearest[ToSize(tool)])], lines);
+    if ((*to_W - tip_W).norm() < kGapShown) AddGapLine(status, names, tool, lines);
     return true;
   }
   return false;
@@ -201,15 +236,17 @@ void AddContactLines(const Status& status, const StatusNames& names, int tool,
   }
   const auto layer = static_cast<std::size_t>(status.scene.readouts[tool].layer);
   if (status.scene.readouts[tool].layer >= 0 && layer < names.layers.size()) {
-    const bool wanted = status.to_free < 0 || ToSize(status.to_free) == layer;
+    const bool wanted =
+        status.to_free.empty() || Contains(status.to_free, status.scene.readouts[tool].layer);
     lines->push_back({"in " + names.layers[layer] + (wanted ? "" : ": optional"),
                       wanted ? Tone::kGood : Tone::kPlain});
     const bool touches = health.organ >= 0, is_deep = touches && health.depth > kDepthShown;
-    if (wanted && status.to_free >= 0) {
+    if (wanted && !status.to_free.empty()) {
       // Heat that burns a layer spares the organ, so only what outlasts the strands is an error.
       const char* verdict = is_deep ? "do not burn" : touches ? "burn briefly" : "burn now";
       lines->push_back({verdict, is_deep ? Tone::kWarning : Tone::kGood});
     }
+    if (wanted) AddGapLine(status, names, tool, lines);
     if (!touches) {
       AddDistanceLine(status, names, tool, kNearOrgan, lines);
     } else if (is_deep) {
@@ -263,15 +300,32 @@ void AddCutAhead(const Status& status, const StatusNames& names, int tool,
     lines->push_back({Format("%.1f mm from a clip", 1e3 * to_clip),
                       to_clip < kNarrowCut ? Tone::kWarning : Tone::kDim});
   }
-  Tone tone = Tone::kPlain;  // without a guiding exercise nothing judges them
-  if (status.view.guidance && names.exercise && duct < names.exercise->ducts.size()) {
-    const bool enough = DuctJudge::AreEnough(before, after, names.exercise->ducts[duct],
-                                             names.exercise->clips_that_stay);
-    tone = enough ? Tone::kGood : Tone::kWarning;
+  if (!status.view.guidance || !names.exercise || duct >= names.exercise->ducts.size()) {
+    lines->push_back({Format("%d and %d clips beside it", before, after), Tone::kPlain});
+    return;
   }
-  lines->push_back(
-      {Format("%d %s on one side, %d on the other", before, before == 1 ? "clip" : "clips", after),
-       tone});
+  const ExerciseDuct& judged = names.exercise->ducts[duct];
+  const bool enough = DuctJudge::AreEnough(before, after, judged, names.exercise->clips_that_stay);
+  const Tone tone = enough ? Tone::kGood : Tone::kWarning;
+  if (judged.organ_end < 0) {
+    lines->push_back({Format("%d and %d clips beside it", before, after), tone});
+    return;
+  }
+  const int leave = judged.organ_end == 0 ? before : after, stay = before + after - leave;
+  lines->push_back({Format("%d %s, %d %s out", stay, stay == 1 ? "clip stays" : "clips stay", leave,
+                           leave == 1 ? "comes" : "come"),
+                    tone});
+}
+
+// m by which jaws lift tissue that then draws its ducts along.
+constexpr double kTraction = 0.004;
+
+// True if jaws draw an organ away from where it would be without the instruments.
+bool AnOrganIsDrawn(const SceneSnapshot& scene) {
+  for (int t = 0; t < scene.tool_count; ++t) {
+    if (HoldsOrgan(scene.contacts[t]) && LiftOf(scene.contacts[t]) > kTraction) return true;
+  }
+  return false;
 }
 
 // Adds whether a clip applier may close now, and what to mend. With the guidance off only the clip's angle.
@@ -316,7 +370,9 @@ void AddClipAhead(const Status& status, const StatusNames& names, int tool,
   if (std::abs(roll) >= kLittleRoll) {
     angle += Format(": roll %.0f\u00b0, %s", std::abs(roll) / kDegree, roll > 0 ? "e" : "q");
   } else if (oblique) {
-    angle += ": turn the tube, other hand";
+    // A pull at the organ is what turns most tubes out of their place across the jaws.
+    angle += AnOrganIsDrawn(status.scene) ? ": ease the pull, other hand"
+                                          : ": turn the tube, other hand";
   }
   lines->push_back({angle, oblique ? Tone::kWarning : Tone::kDim});
 }
@@ -373,7 +429,9 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
   if (status.outside[static_cast<std::size_t>(tool)]) {
     lines.push_back({"outside the picture", active ? Tone::kWarning : Tone::kDim});
     if (active && !HoldsOrgan(status.scene.contacts[tool])) {
-      lines.push_back({"wheel up brings it in", Tone::kWarning});
+      const ToolPose& pose = status.scene.tools[tool];
+      const Vector3d way_W = IntoPicture_W(pose, status.X_WC);
+      lines.push_back({"to it: " + WayText(pose, status.X_WC, way_W), Tone::kWarning});
     }
   }
   std::vector<StatusLine> facts;
@@ -384,8 +442,10 @@ std::vector<StatusLine> ToolLines(const Status& status, const StatusNames& names
   // The hand feels less than the tissue where the guard limits the force.
   const double on_tissue = status.scene.contacts[tool].force_on_tissue_W.norm();
   if (on_tissue > force + kForceShown) {
-    lines.push_back(
-        {Format("%.1f N on tissue", on_tissue), on_tissue > limit ? Tone::kAlarm : Tone::kPlain});
+    lines.push_back({Format("%.1f N on tissue", on_tissue), on_tissue > limit ? Tone::kAlarm
+                                                            : on_tissue > limit / 2
+                                                                ? Tone::kWarning
+                                                                : Tone::kPlain});
   }
   lines.push_back({Format("%.2f N", force), force > limit ? Tone::kAlarm : Tone::kPlain,
                    std::clamp(force / (kBarLimits * limit), 0.0, 1.0)});

@@ -38,6 +38,7 @@ struct ViewSettings {
   std::array<int, kMaxInstruments> wanted_instrument{};  ///< As SessionControl::instrument_index.
   int window_width = 0;   ///< px, of the window's framebuffer; 0 without a window.
   int window_height = 0;  ///< px.
+  bool operator==(const ViewSettings&) const = default;
 };
 
 }  // namespace hpdm

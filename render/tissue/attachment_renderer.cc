@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "engine/exercise/step_queries.h"
 #include "engine/mesh/closest_point.h"
 
 namespace hpdm {
@@ -37,14 +38,25 @@ float RawnessOf(float damage, float burnt) {
   return x * x * (3 - 2 * x) + (damage >= 1 ? burnt : 0);
 }
 
+// Returns the effective displacement of a sample's fibres between a_W and b_W, m.
+double Displacement(const AttachmentBed& bed, std::size_t sample, const Vector3d& a_W,
+                    const Vector3d& b_W) {
+  const auto row = static_cast<Eigen::Index>(sample);
+  const Vector3d at_rest_W = bed.points_W[1].row(row) - bed.points_W[0].row(row);
+  return bed.law.Effective(b_W - a_W - at_rest_W, bed.normals_W.row(row).transpose());
+}
+
+// Returns the share of the way to where a sample's fibres tear, 0..1. a_W, b_W: their ends, m.
+double Tautness(const AttachmentBed& bed, std::size_t sample, const Vector3d& a_W,
+                const Vector3d& b_W) {
+  return std::clamp(Displacement(bed, sample, a_W, b_W) / bed.law.final, 0.0, 1.0);
+}
+
 // Returns the colour of a sample's fibres: they turn white in the second half of the way from where they
 // begin to give way to where they tear. a_W, b_W: their ends, m.
 Colour FibreColour(const AttachmentBed& bed, std::size_t sample, const Vector3d& a_W,
                    const Vector3d& b_W) {
-  const auto row = static_cast<Eigen::Index>(sample);
-  const Vector3d at_rest_W = bed.points_W[1].row(row) - bed.points_W[0].row(row);
-  const double effective =
-      bed.law.Effective(b_W - a_W - at_rest_W, bed.normals_W.row(row).transpose());
+  const double effective = Displacement(bed, sample, a_W, b_W);
   const double share = (effective - bed.law.onset) / (bed.law.final - bed.law.onset);
   const Colour& slack = bed.law.leaf ? kLeafColour : kFibreColour;
   return slack + static_cast<float>(std::clamp(2 * share - 1, 0.0, 1.0)) * (kTautColour - slack);
@@ -163,6 +175,9 @@ void AttachmentRenderer::DrawLeft(const SceneSnapshot& snapshot, const Laparosco
                                   FreeingGuide* guide) {
   fibres_.clear();
   guide->nearest_W = {};
+  guide->nearest.fill(-1);
+  guide->gap = {};
+  guide->tautness = 0;
   std::array<double, kMaxInstruments> least;
   least.fill(std::numeric_limits<double>::infinity());
   const auto add = [&](const Vector3d& from_W, const Vector3d& to_W) {
@@ -173,12 +188,14 @@ void AttachmentRenderer::DrawLeft(const SceneSnapshot& snapshot, const Laparosco
         {from_W.cast<float>(), radius_a, to_W.cast<float>(), radius, guide->colour, kDotOpacity});
   };
   for (const Layer& layer : layers_) {
-    if (layer.visual.bed->index != guide->attachment) continue;
+    const int attachment = layer.visual.bed->index;
+    if (!Contains(guide->attachments, attachment)) continue;
     for (std::size_t i = 0; i < layer.damage.size(); ++i) {
       if (layer.damage[i] >= 1) continue;
       const Vector3d a_W = EndOf(layer, 0, i, snapshot), b_W = EndOf(layer, 1, i, snapshot);
       const Vector3d middle_W = (a_W + b_W) / 2;
       add(middle_W, middle_W);
+      guide->tautness = std::max(guide->tautness, Tautness(*layer.visual.bed, i, a_W, b_W));
       for (std::size_t t = 0; t < kMaxInstruments; ++t) {
         if (!guide->tips_W[t]) continue;
         const Vector3d& tip_W = *guide->tips_W[t];
@@ -186,6 +203,8 @@ void AttachmentRenderer::DrawLeft(const SceneSnapshot& snapshot, const Laparosco
         if ((tip_W - near_W).norm() >= least[t]) continue;
         least[t] = (tip_W - near_W).norm();
         guide->nearest_W[t] = near_W;
+        guide->nearest[t] = attachment;
+        guide->gap[t] = (b_W - a_W).norm();
       }
     }
   }

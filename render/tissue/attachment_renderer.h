@@ -18,14 +18,20 @@ struct AttachmentVisual {
   std::array<int, 2> organs{};  ///< a and b, by their index in the snapshot.
 };
 
-/// The layer that an exercise asks to free next, and the instruments that can free it.
+/// The layers that an exercise asks to free next, and the instruments that can free them.
 struct FreeingGuide {
-  int attachment = -1;  ///< By its index in the scene; -1: none.
+  std::vector<int> attachments = {};  ///< By their index in the scene.
   Colour colour = Colour::Ones();
   /// The tips of the instruments that can free it, m.
   std::array<std::optional<Vector3d>, kMaxInstruments> tips_W = {};
   /// Output: the point nearest to each tip on the fibres that still hold; none if none does.
   std::array<std::optional<Vector3d>, kMaxInstruments> nearest_W = {};
+  /// Output: the attachment of that point; -1: none.
+  std::array<int, kMaxInstruments> nearest = {};
+  /// Output: how far the layer's two surfaces are apart there, m; 0 without such a point.
+  std::array<double, kMaxInstruments> gap = {};
+  /// Output: the largest share of the way to tearing that a fibre has gone, 0..1.
+  double tautness = 0;
 };
 
 /// Draws the layers of attachments: fibres where a layer holds and its surfaces have moved apart, which
@@ -45,7 +51,7 @@ class AttachmentRenderer {
 
   /// Draws the fibres into a picture that has just been drawn of `snapshot`.
   void Draw(const SceneSnapshot& snapshot, const Laparoscope& scope);
-  /// Draws a dot wherever the layer of the guide's attachment still holds, and a line from each tip to the
+  /// Draws a dot wherever a layer of the guide still holds, and a line from each tip to the
   /// nearest point on its fibres, which it keeps in the guide. Hidden parts are fainter.
   void DrawLeft(const SceneSnapshot& snapshot, const Laparoscope& scope, FreeingGuide* guide);
 

@@ -45,6 +45,7 @@ AttachmentOptions ReadAttachment(const TableReader& table,
                                  const std::vector<OrganOptions>& organs) {
   AttachmentOptions attachment;
   table.ReadName("name", &attachment.name);
+  table.ReadName("label", &attachment.label);
   const OrganOptions& a = OrganOf(table, "a", organs, &attachment.a);
   const OrganOptions& b = OrganOf(table, "b", organs, &attachment.b);
   if (&a == &b) table.Fail("b", "is the same organ as a", "name another organ");

@@ -85,6 +85,21 @@ std::optional<int> ReadAttachmentIndex(const TableReader& table, std::string_vie
   return found;
 }
 
+// Returns the attachments of that label, or the one that ReadAttachmentIndex finds.
+std::vector<int> ReadAttachments(const TableReader& table, std::string_view key,
+                                 std::string_view from, const Scene& scene) {
+  std::vector<int> attachments;
+  std::string label;
+  if (!table.ReadString(key, &label)) return attachments;
+  for (std::size_t a = 0; a < scene.attachments.size(); ++a) {
+    if (!label.empty() && scene.attachments[a].label == label) {
+      attachments.push_back(static_cast<int>(a));
+    }
+  }
+  if (attachments.empty()) attachments = {*ReadAttachmentIndex(table, key, from, scene)};
+  return attachments;
+}
+
 // Returns the ducts of that name or label.
 std::vector<int> ReadDucts(const TableReader& table, std::string_view key, const Scene& scene) {
   std::vector<int> ducts;
@@ -144,7 +159,7 @@ ExerciseStepOptions ReadStep(const TableReader& table, const Scene& scene) {
   Vector3d at_W = Vector3d::Zero();
   if (table.ReadVector("at", kCoordinate, &at_W)) step.at_W = at_W;
   table.ReadNumber("within", Interval::Positive(1, "m"), &step.within);
-  step.frees = ReadAttachmentIndex(table, "free", "from", scene);
+  step.frees = ReadAttachments(table, "free", "from", scene);
   RequireBeside(table, "from", "free");
   RequireBeside(table, "area", "free");
   RequireBeside(table, "free", "area");
@@ -159,8 +174,8 @@ ExerciseStepOptions ReadStep(const TableReader& table, const Scene& scene) {
     step.force = force;
   }
   table.ReadNumber("time", Interval::NotNegative(kMaxTime, "s"), &step.time);
-  if (!step.holds && !step.touches && !step.frees && step.clips.empty() && step.cuts.empty() &&
-      !step.releases && !step.force) {
+  if (!step.holds && !step.touches && step.frees.empty() && step.clips.empty() &&
+      step.cuts.empty() && !step.releases && !step.force) {
     table.Fail("has no condition", "give one of hold, touch, free, clip, cut, release and force");
   }
   return step;

@@ -20,8 +20,8 @@ inline constexpr std::string_view kOrganKeys[] = {
     "wall_stiffness", "subdivisions", "free",   "lumen",    "layer"};
 inline constexpr std::string_view kContactKeys[] = {"a", "b", "friction"};
 inline constexpr std::string_view kAttachmentKeys[] = {
-    "name",   "a",     "b",         "box",      "box_fraction", "sphere", "path_a",
-    "path_b", "young", "thickness", "strength", "toughness",    "reach",  "burn_energy"};
+    "name",   "label", "a",         "b",        "box",       "box_fraction", "sphere",     "path_a",
+    "path_b", "young", "thickness", "strength", "toughness", "reach",        "burn_energy"};
 inline constexpr std::string_view kDuctKeys[] = {"name",   "label", "a",     "b",     "path",
                                                  "radius", "wall",  "young", "colour"};
 inline constexpr std::string_view kCutKeys[] = {"organ", "strip"};

@@ -2,6 +2,7 @@
 
 #include <epoxy/gl.h>
 
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <filesystem>
@@ -343,6 +344,45 @@ TEST_F(RenderLoopTest, RunDrawsOnItsOwnThreadNoFasterThanAskedAndStops) {
   EXPECT_GT(statistics.dropped, 0u);
   EXPECT_LE(statistics.drawn + statistics.dropped, 120u);
   EXPECT_EQ(loop.image().width, 320);
+}
+
+TEST_F(RenderLoopTest, APauseIsDrawnFiveTimesASecondAndAtOnceWhereTheViewChanges) {
+  buffer_ = std::make_unique<TripleBuffer<SceneSnapshot>>(rest_snapshot_);
+  settings_ = std::make_unique<TripleBuffer<ViewSettings>>();
+  SpscQueue<FrameRecord> frames(100);
+  std::atomic<Nanoseconds> clock_ns{0};
+  RenderLoop loop({{&rest_}}, {{}}, scope_, options_, {*buffer_, &frames, settings_.get()},
+                  [&clock_ns] { return clock_ns.load(); });
+  std::jthread thread([&loop](std::stop_token stop) { loop.Run(stop); });
+  ViewSettings view;
+  view.scope = scope_;
+  // True if a picture is drawn `after_ms` of the session's clock later.
+  const auto draws = [&](int after_ms, std::chrono::milliseconds wait) {
+    clock_ns += after_ms * Nanoseconds{1'000'000};
+    settings_->Back() = view;
+    settings_->Publish();
+    Publish(rest_snapshot_);
+    FrameRecord frame;
+    const auto end = std::chrono::steady_clock::now() + wait;
+    while (std::chrono::steady_clock::now() < end) {
+      if (frames.Pop(&frame)) return true;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    return false;
+  };
+  constexpr std::chrono::seconds kDeadline(20);
+  constexpr std::chrono::milliseconds kMoment(200);
+  ASSERT_TRUE(draws(0, kDeadline));
+  EXPECT_TRUE(draws(40, kDeadline)) << "30 times a second while it runs";
+  view.paused = true;
+  EXPECT_TRUE(draws(40, kDeadline)) << "to show the pause";
+  EXPECT_FALSE(draws(150, kMoment));
+  EXPECT_TRUE(draws(60, kDeadline));
+  view.scope.field_of_view *= 0.9;
+  EXPECT_TRUE(draws(40, kDeadline)) << "the trainee zooms";
+  view.paused = false;
+  EXPECT_TRUE(draws(40, kDeadline));
+  EXPECT_TRUE(draws(40, kDeadline));
 }
 
 TEST_F(RenderLoopTest, ImpossibleOptionsAreRefusedAtSetUp) {

@@ -87,7 +87,9 @@ inline Scene RemovalOf(AnatomyVariant variant, std::uint64_t seed, const std::st
       attachment.paths_W = {anatomy.leaf.on_gallbladder, anatomy.leaf.on_liver};
     }
   }
-  for (ExerciseStepOptions& step : scene.exercise->steps) step.freed_area = 3e-5;
+  for (ExerciseStepOptions& step : scene.exercise->steps) {
+    step.freed_area = 3e-5 * static_cast<double>(step.frees.size());
+  }
   for (ExerciseErrorOptions& error : scene.exercise->errors) {
     if (error.kind == ExerciseErrorKind::kNearBurn && error.ducts.empty()) error.path_W = axis;
   }

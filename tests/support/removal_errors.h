@@ -385,8 +385,8 @@ inline std::vector<RemovalError> RemovalErrors() {
        burn_artery(-0.0003),
        RemovalError::kAfter,
        {"burn of the gallbladder's wall", "perforation of the gallbladder"}},
-      {"0.47 and 0.57 s energised in the air", "hook energised away from tissue", pedal(14),
-       pedal(17)},
+      {"0.97 and 1.07 s energised in the air", "hook energised away from tissue", pedal(29),
+       pedal(32)},
       {"let go at 11.5 and 12.1 mm of lift", "the gallbladder was dropped", drop_at(0.0115),
        drop_at(0.0121), RemovalError::kInstead},
   };

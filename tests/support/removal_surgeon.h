@@ -147,7 +147,10 @@ class RemovalSurgeon : public ScriptedHands {
     }
     Exchange(kHook);
     Lift(0.004);
-    Burn(kRest);
+    const std::size_t before = done();
+    for (const Layer layer : {kLowestThird, kRest}) {  // a part of the former is left
+      if (done() == before) Burn(layer);
+    }
     BackOff();
     TakeOut();
     return done();

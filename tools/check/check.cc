@@ -90,6 +90,7 @@ void AddSurfaceFacts(const OrganModel& organ, Json* facts) {
 
 Json BedFacts(const AttachmentBed& bed, const Vector3d& borne_W) {
   return {{"name", bed.options.name},
+          {"label", bed.options.label},
           {"a", bed.options.a},
           {"b", bed.options.b},
           {"leaf", bed.law.leaf},

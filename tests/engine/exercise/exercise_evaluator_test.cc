@@ -22,7 +22,7 @@ ExerciseOptions Exercise(const ExerciseErrorOptions& error) {
   exercise.time_limit = 100;
   exercise.target_time = 20;
   exercise.steps.push_back({.name = "begin", .force = 100});
-  exercise.steps.push_back({.name = "free", .frees = 0, .freed_area = 1e-3});
+  exercise.steps.push_back({.name = "free", .frees = {0}, .freed_area = 1e-3});
   exercise.errors.push_back(error);
   exercise.hooks.push_back({kHook, 0});
   exercise.scissors.push_back({kGrasper, kScissors});

@@ -177,6 +177,27 @@ TEST(EnergyTank, GivesNoMoreThanIsLeftWhileAForceFadesOut) {
   }
 }
 
+// The springs store the same all the way: only what the hand has done tells that it gets too much.
+TEST(EnergyTank, GivesNoMoreThanWasPutInWhereTissueFollowsTheTip) {
+  for (const double speed : {0.01, 0.1, 0.5}) {  // m/s
+    Springs springs;
+    springs.Move(0, kPressed, kSpring);
+    double work = springs.work, last = springs.last_forces_W[0].z();
+    const double way = 1e-3 * speed;  // m, in a tick
+    for (double out = way; out < 2 * kPressed; out += way) {
+      const EnergyTank::Press press{.p_tip_W = {0, 0, -kPressed + out},
+                                    .reaction_W = {0, 0, kSpring * kPressed},
+                                    .tissue_stored = kStored,
+                                    .kind = ContactKind::kPress};
+      const double force = springs.tank.Limit(std::array{press}) * press.reaction_W.z();
+      springs.tank.Observe(std::array{Vector3d(0, 0, force)});
+      work -= 0.5 * (force + last) * way;
+      last = force;
+    }
+    EXPECT_GT(work, -0.01 * kStored) << speed << " m/s; untouched it would be -3 kStored";
+  }
+}
+
 TEST(EnergyTank, LetsOneHandHaveWhatAnotherPutIn) {
   Springs springs({}, 2);
   for (int i = 1; i <= kWay; ++i) springs.Tick({kPressed * i / kWay, 0}, {kSpring, 0});

@@ -43,7 +43,12 @@ struct Trainee {
     status.optics_turn = optics_turn;
     status.optics_changed = optics_changed;
     status.to_free = to_free;
-    if (to_free >= 0) status.to_free_W[1] = scene.tools[1].X_WT * to_free_T;
+    if (!to_free.empty()) {
+      status.to_free_W[1] = scene.tools[1].X_WT * to_free_T;
+      status.to_free_nearest[1] = to_free.back();
+    }
+    status.to_free_gap[1] = to_free_gap;
+    status.tautness = tautness;
     return MakeStatusText(status, names);
   }
 
@@ -53,7 +58,8 @@ struct Trainee {
   StatusNames names;
   std::array<bool, kMaxInstruments> outside{};
   double optics_turn = 0, optics_changed = 0;
-  int to_free = -1;
+  std::vector<int> to_free = {};  // the last of them is nearest
+  double to_free_gap = 0, tautness = 0;
   Isometry3d X_WC = Isometry3d::Identity();
   Vector3d to_free_T = Vector3d::Zero();  // m
 };
@@ -195,9 +201,15 @@ TEST(TraineeText, ATipOutsideThePictureIsNamed) {
   Trainee trainee;
   EXPECT_FALSE(Shows(trainee.Text().tools[0], "outside"));
   trainee.outside[0] = trainee.outside[1] = true;
-  EXPECT_TRUE(Shows(trainee.Text().tools[0], "wheel up brings it in")) << "the mouse's";
+  // The mouse's; its port, along its axis z, is on the left.
+  trainee.scene.tools[0].X_WT.linear() =
+      Eigen::AngleAxisd(-EIGEN_PI / 2, Vector3d::UnitY()).toRotationMatrix();
+  trainee.scene.tools[0].X_WT.translation() = Vector3d(-0.08, 0.01, -0.1);
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "to it: push in\n"));
+  trainee.scene.tools[0].X_WT.translation() = Vector3d(0.01, -0.08, -0.1);
+  EXPECT_TRUE(Shows(trainee.Text().tools[0], "to it: up\n"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "outside the picture"));
-  EXPECT_FALSE(Shows(trainee.Text().tools[1], "wheel"));
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "to it"));
 }
 
 TEST(TraineeText, OpticsThatAreNotAsAtTheStartAreShown) {
@@ -252,6 +264,13 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "pull back to cover it"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the\n|tube, other hand"))
       << "no roll helps";
+  SolvedContact& hold = trainee.scene.contacts[0];
+  hold = {.kind = ContactKind::kGrasp, .organ = 1};
+  hold.contact_W = Vector3d(0, 0.008, 0);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: ease the\n|pull, other hand"));
+  hold.contact_W = Vector3d(0, 0.002, 0);
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "turn the\n|tube")) << "it is hardly drawn";
+  hold = {};
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "from a clip")) << "no clip yet";
   readout.clips_beside.gap = 0.0024;  // between the middles of clips of 1 mm
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "1.4 mm from a clip: 2\n|needed"));
@@ -339,7 +358,11 @@ TEST(TraineeText, JawsForDuctsTellHowFarTheNearestDuctIs) {
     duct.nodes_W[1] = {x, 0.05f, 0.005f};
   }
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to cystic duct"));
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "18 mm: right")) << "from the jaws' middle";
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "20 mm: right")) << "from the jaws' middle";
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "not between"));
+  trainee.scene.tools[1].X_WT.translation().x() = 0.0158;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "4 mm: right\n|not between the jaws"));
+  trainee.scene.tools[1].X_WT.translation().x() = 0;
   trainee.names.exercise->steps[1].clips = {1};
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to cystic artery")) << "the present step's";
   trainee.names.exercise->steps[1].clips = {};
@@ -347,7 +370,7 @@ TEST(TraineeText, JawsForDuctsTellHowFarTheNearestDuctIs) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to cystic artery"));
   trainee.names.exercise->steps[1].cuts = {};
   trainee.scene.ducts[0].segments[0] = SegmentState::kGap;
-  EXPECT_TRUE(Shows(trainee.Text().tools[1], "29 mm: right"));
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "30 mm: right"));
   trainee.scene.ducts[1].nodes_W[0].x() = trainee.scene.ducts[1].nodes_W[1].x() = 0.08f;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free"));
 }
@@ -359,6 +382,18 @@ TEST(TraineeText, TheForceOnTissueIsShownWhereTheHandFeelsLess) {
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "on tissue"));
   trainee.scene.contacts[1].force_on_tissue_W = Vector3d(0, 0, -7.21);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "7.2 N on tissue\n|2.40 N"));
+  trainee.health.tools[1].force_W = Vector3d::Zero();
+  const auto tone = [&](double force) {
+    trainee.scene.contacts[1].force_on_tissue_W = Vector3d(0, 0, -force);
+    for (const StatusLine& line : trainee.Text().tools[1]) {
+      if (line.text == Format("%.1f N on tissue", force)) return line.tone;
+    }
+    return Tone::kDim;
+  };
+  const double limit = HandlingLimits{}.force;
+  EXPECT_EQ(tone(0.45 * limit), Tone::kPlain);
+  EXPECT_EQ(tone(0.55 * limit), Tone::kWarning);
+  EXPECT_EQ(tone(1.05 * limit), Tone::kAlarm);
 }
 
 TEST(TraineeText, WhatIsToBeCarriedSaysHowFarItsPlaceIs) {
@@ -473,7 +508,7 @@ TEST(TraineeText, AnInstrumentThatPressesAnOrganStillSaysHowFarItsTargetIs) {
   Trainee trainee;
   trainee.health.tools[1].organ = 0;
   trainee.health.tools[1].depth = 0.002;
-  trainee.to_free = 1;
+  trainee.to_free = {1};
   trainee.to_free_T = Vector3d(0, 0, 0.008);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "2.0 mm into"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
@@ -499,8 +534,10 @@ TEST(TraineeText, ScissorsTellHowManyClipsAreOnBothSidesOfTheCut) {
     trainee.scene.readouts[1].clips_beside.before = before;
     trainee.scene.readouts[1].clips_beside.after = after;
     for (const StatusLine& line : trainee.Text().tools[1]) {
-      if (line.text ==
-          Format("%d clip%s on one side, %d on", before, before == 1 ? "" : "s", after)) {
+      const bool at_a = trainee.names.exercise->ducts[1].organ_end == 0;
+      const int stay = at_a ? after : before, leave = at_a ? before : after;
+      if (line.text == Format("%d clip%s, %d come%s out", stay, stay == 1 ? " stays" : "s stay",
+                              leave, leave == 1 ? "s" : "")) {
         return line.tone;
       }
     }
@@ -520,11 +557,13 @@ TEST(TraineeText, ScissorsTellHowManyClipsAreOnBothSidesOfTheCut) {
   EXPECT_EQ(tone(1, 2), Tone::kWarning) << "one stays in the body";
   EXPECT_EQ(tone(1, 1), Tone::kWarning) << "two stay in the body";
   EXPECT_EQ(tone(3, 0), Tone::kWarning);
+  organ_end = -1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "3 and 0 clips beside it"));
 }
 
 TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   Trainee trainee;
-  trainee.to_free = 1;
+  trainee.to_free = {1};
   trainee.to_free_T = Vector3d(0.0123, 0, 0);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "to bed"));
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "12 mm: right"));
@@ -552,11 +591,46 @@ TEST(TraineeText, AHookSaysHowFarTheLayerToFreeIs) {
   trainee.health.tools[1].depth = 0.0012;
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|do not burn\n|1.2 mm into liver"));
   trainee.health.tools[1].organ = -1;
+  trainee.scene.readouts[1].layer = 0;
+  trainee.to_free = {0, 1};
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in Calot's triangle\n|burn now"))
+      << "both are wanted";
+  trainee.to_free = {1};
+  trainee.scene.readouts[1].layer = 1;
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "optional"));
   EXPECT_FALSE(Shows(trainee.Text().tools[1], "to bed"));
   trainee.scene.readouts[1].layer = -1;
-  trainee.to_free = -1;
+  trainee.to_free = {};
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "free")) << "nothing to free";
+}
+
+TEST(TraineeText, AHookThatDoesNotFitIntoTheGapSaysSo) {
+  Trainee trainee;
+  trainee.names.tip_radii = {{0.001}, {0.001}};
+  trainee.to_free = {1};
+  trainee.to_free_T = Vector3d(0.004, 0, 0);
+  trainee.to_free_gap = 0.0018;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "gap 1.8 mm: pull further"));
+  trainee.tautness = 0.7;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "gap 1.8 mm")) << "its strands may be short";
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "pull further")) << "others would tear";
+  trainee.to_free_gap = 0.0026;
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "gap")) << "there is room";
+  trainee.to_free_gap = 0.0018;
+  trainee.scene.readouts[1].layer = 1;
+  EXPECT_TRUE(Shows(trainee.Text().tools[1], "in bed\n|burn now\n|gap 1.8 mm"));
+  trainee.scene.readouts[1].layer = -1;
+  trainee.to_free_T = Vector3d(0.012, 0, 0);
+  EXPECT_FALSE(Shows(trainee.Text().tools[1], "gap")) << "not there yet";
+}
+
+TEST(TraineeText, ALayerToFreeShowsHowNearItIsToTearing) {
+  Trainee trainee;
+  EXPECT_FALSE(Shows(trainee.Text().guidance, "pull"));
+  trainee.tautness = 0.456;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "pull: 46 % of tearing\n"));
+  trainee.tautness = 0.8;
+  EXPECT_TRUE(Shows(trainee.Text().guidance, "pull: 80 % of tearing, ease it"));
 }
 
 }  // namespace

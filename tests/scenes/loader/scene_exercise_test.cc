@@ -108,7 +108,7 @@ within = 0.02
   EXPECT_EQ(take.holds->with[0].instrument_index, 0);
   EXPECT_EQ(take.lift, 0.01);
   EXPECT_EQ(take.time, 0.5);
-  EXPECT_FALSE(take.touches || take.frees || take.releases || take.force);
+  EXPECT_FALSE(take.touches || !take.frees.empty() || take.releases || take.force);
   const ExerciseStepOptions& touch = exercise.steps[1];
   EXPECT_EQ(touch.instruction, "touch") << "its name";
   EXPECT_EQ(touch.touches.value().organ, 0);
@@ -117,7 +117,7 @@ within = 0.02
   EXPECT_EQ(touch.at_W.value(), Vector3d(1, 2, 3));
   EXPECT_EQ(touch.within, 0.02);
   EXPECT_EQ(touch.force, 0.7);
-  EXPECT_EQ(exercise.steps[2].frees, 1) << "the bag's, not the fat's";
+  EXPECT_EQ(exercise.steps[2].frees, std::vector{1}) << "the bag's, not the fat's";
   EXPECT_EQ(exercise.steps[2].freed_area, 9e-4);
   EXPECT_EQ(exercise.steps[3].releases, 1);
   ASSERT_EQ(exercise.errors.size(), 4u);
@@ -243,8 +243,25 @@ kind = 'tear'
 organ = 'bed'
 )");
   EXPECT_EQ(scene.attachments[1].name, "bed");
-  EXPECT_EQ(scene.exercise.value().steps[0].frees, 1);
+  EXPECT_EQ(scene.exercise.value().steps[0].frees, std::vector{1});
   EXPECT_EQ(scene.exercise->errors[0].attachment, 1);
+}
+
+TEST_F(SceneTest, AStepFreesAllAttachmentsOfALabel) {
+  std::string organs = kOrgans;
+  for (std::size_t at = 0; (at = organs.find("[[attachment]]\n", at)) != std::string::npos;
+       at += 15) {
+    organs.insert(at + 15, "label = 'bed'\n");
+  }
+  const Scene scene = Load(organs + R"(
+[exercise]
+[[exercise.step]]
+name = 'free'
+free = 'bed'
+area = 1e-4
+)");
+  ASSERT_EQ(scene.attachments.size(), 2u);
+  EXPECT_EQ(scene.exercise.value().steps[0].frees, (std::vector{0, 1}));
 }
 
 TEST_F(SceneTest, AnExerciseTakesTheScenesNameAndHalfOfItsTime) {

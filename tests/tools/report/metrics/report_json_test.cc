@@ -209,7 +209,7 @@ TEST(ReportJson, AnExerciseIsJudgedByTheLogAsItWasInTheSession) {
 TEST(ReportJson, ABleedingOfTheTeacherLastsAsLongInTheLogAsInTheSession) {
   ExerciseOptions exercise;
   exercise.time_limit = 10;
-  exercise.steps = {{.name = "free", .frees = 0, .freed_area = 1}};
+  exercise.steps = {{.name = "free", .frees = {0}, .freed_area = 1}};
   exercise.errors = {{.kind = ExerciseErrorKind::kBleeding, .name = "bleeding", .limit = 0.2}};
   exercise.ducts = {{.name = "duct"}};
   SpscQueue<LoopEvent> events(8);

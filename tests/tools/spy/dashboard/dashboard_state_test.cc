@@ -386,7 +386,7 @@ TEST(DashboardState, ShowsTheExerciseAsTheSessionJudgedIt) {
   exercise.target_time = 5;
   exercise.steps = {
       {.name = "press", .instruction = "Press the gallbladder", .touches = ExerciseContact{1, {}}},
-      {.name = "free", .frees = 0, .freed_area = 1}};
+      {.name = "free", .frees = {0}, .freed_area = 1}};
   exercise.errors = {{.name = "too strong", .limit = 3, .points = 7}};
   MadeSession session({"probe"}, {}, exercise);
   const auto press = [&](double force, int steps) {

@@ -149,7 +149,7 @@ TEST_F(DashboardTest, ShowsScoreTimeStepAndErrorsOfAnExercise) {
   exercise.time_limit = 10;
   exercise.target_time = 5;
   exercise.steps = {{.name = "press", .touches = ExerciseContact{1, {}}},
-                    {.name = "free", .instruction = "Free the bed", .frees = 0, .freed_area = 1}};
+                    {.name = "free", .instruction = "Free the bed", .frees = {0}, .freed_area = 1}};
   exercise.errors = {{.name = "more than 3 N", .limit = 3, .points = 7}};
   MadeSession session({"probe"}, {}, exercise);
   for (int step = 0; step < 8; ++step) {
