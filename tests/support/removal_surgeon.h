@@ -47,12 +47,13 @@ class RemovalSurgeon : public ScriptedHands {
     Step(20);
   }
   /// Burns a layer until a step of the exercise is done, from its border, and leaves it the way it came. On
-  /// a straight way the hook would push the gallbladder and tear the layer. A leaf is burnt whole: a strip
-  /// that is left would tear later.
+  /// a straight way the hook would push the gallbladder and tear the layer. The leaf and the lowest third are
+  /// burnt whole: a strip that is left would tear later.
   void Burn(Layer layer) {
     const std::size_t before = done();
+    const bool is_whole = layer == kLeaf || layer == kLowestThird;
     std::vector<Vector3d> way_W;
-    for (int i = 0; i < 3000 && !result().ended && (layer == kLeaf || done() == before); ++i) {
+    for (int i = 0; i < 3000 && !result().ended && (is_whole || done() == before); ++i) {
       const Vector3d to_W = NextSample(layer);
       if (to_W.x() == kNoSample) break;
       if (way_W.empty()) Approach(to_W);
@@ -147,10 +148,7 @@ class RemovalSurgeon : public ScriptedHands {
     }
     Exchange(kHook);
     Lift(0.004);
-    const std::size_t before = done();
-    for (const Layer layer : {kLowestThird, kRest}) {  // a part of the former is left
-      if (done() == before) Burn(layer);
-    }
+    Burn(kRest);
     BackOff();
     TakeOut();
     return done();

@@ -265,7 +265,7 @@ TEST(TraineeText, AnOpenClipApplierSaysHowTheClipWouldLieAndWhichKeyTurnsIt) {
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: turn the\n|tube, other hand"))
       << "no roll helps";
   SolvedContact& hold = trainee.scene.contacts[0];
-  hold = {.kind = ContactKind::kGrasp, .organ = 1};
+  hold = {.organ = 1, .kind = ContactKind::kGrasp};
   hold.contact_W = Vector3d(0, 0.008, 0);
   EXPECT_TRUE(Shows(trainee.Text().tools[1], "34\u00b0 oblique: ease the\n|pull, other hand"));
   hold.contact_W = Vector3d(0, 0.002, 0);

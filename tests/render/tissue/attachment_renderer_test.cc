@@ -137,15 +137,15 @@ TEST_F(LiftedBlock, HasDotsOfTheGuideWhereItsLayerStillHolds) {
     return count;
   };
   EXPECT_EQ(blue_pixels(Picture(true)), 0);
-  const int whole = blue_pixels(Picture(true, FreeingGuide{0, blue}));
+  const int whole = blue_pixels(Picture(true, FreeingGuide{{0}, blue}));
   EXPECT_GT(whole, 50);
-  EXPECT_EQ(blue_pixels(Picture(true, FreeingGuide{1, blue})), 0) << "another attachment";
+  EXPECT_EQ(blue_pixels(Picture(true, FreeingGuide{{1}, blue})), 0) << "another attachment";
   auto& damage = scene_.damage[0];
   std::fill(damage.begin(), damage.begin() + static_cast<std::ptrdiff_t>(damage.size() / 2), 1.0f);
-  const int half = blue_pixels(Picture(true, FreeingGuide{0, blue}));
+  const int half = blue_pixels(Picture(true, FreeingGuide{{0}, blue}));
   EXPECT_GT(half, 0.3 * whole);
   EXPECT_LT(half, 0.7 * whole);
-  FreeingGuide from_tip{0, blue};
+  FreeingGuide from_tip{{0}, blue};
   from_tip.tips_W[1] = Vector3d(0.03, -0.02, 0.01);
   EXPECT_GT(blue_pixels(Picture(true, from_tip)), half + 20) << "a line from an instrument's tip";
   SetDamage(1);
@@ -218,15 +218,19 @@ TEST_F(LiftedBlock, ALeafIsASheetWithHolesWhereItHasTorn) {
 TEST_F(LiftedBlock, TellsHowFarWhatIsLeftOfALayerIs) {
   SceneRenderer view({{.rest = &models_[0].rest()}, {.rest = &models_[1].rest()}}, {}, nullptr,
                      {.occlusion = false, .shadows = false}, {{&beds_[0], {1, 0}}});
+  double tautness = 0, gap = 0;
   const auto distance = [&](const Vector3d& p_W, int attachment = 0) {
     LaparoscopeOptions options;
     options.p_scope_W = Vector3d(0, -0.12, 0.05);
     PictureTarget target(kWidth, kHeight, 1);
     target.Bind();
-    FreeingGuide guide{attachment};
+    FreeingGuide guide{{attachment}};
     guide.tips_W[2] = p_W;
     view.Draw(scene_, Laparoscope(options, kWidth, kHeight), kOverlayNone, &guide);
     EXPECT_FALSE(guide.nearest_W[0]) << "no instrument there";
+    EXPECT_EQ(guide.nearest[2], guide.nearest_W[2] ? attachment : -1);
+    tautness = guide.tautness;
+    gap = guide.gap[2];
     const std::optional<Vector3d>& near_W = guide.nearest_W[2];
     return near_W ? (p_W - *near_W).norm() : std::numeric_limits<double>::infinity();
   };
@@ -235,6 +239,12 @@ TEST_F(LiftedBlock, TellsHowFarWhatIsLeftOfALayerIs) {
       (bed.points_W[0].row(0) + bed.points_W[1].row(0)).transpose() / 2 + Vector3d(0, 0, 0.005);
   // A fibre ends on the surfaces' triangles, up to half a millimetre beside its sample's points.
   EXPECT_LT(distance(middle_W), 5e-4) << "on a fibre, lifted by half of the blocks' way";
+  EXPECT_NEAR(gap, 0.0103, 2e-4) << "between the blocks";
+  EXPECT_EQ(tautness, 1) << "a layer tears at 2 toughness / strength = 9 mm";
+  scene_.organs[1].offset_W.z() = 0.0045;
+  distance(middle_W);
+  EXPECT_NEAR(tautness, 0.5, 1e-3);
+  scene_.organs[1].offset_W.z() = 0.01;
   const double beside = distance(middle_W + Vector3d(0, -0.05, 0));
   EXPECT_GT(beside, 0.02);
   EXPECT_LE(beside, 0.05 + 5e-4);
