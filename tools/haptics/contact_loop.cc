@@ -130,7 +130,11 @@ HapticInstrument ContactLoop::Instrument(const DisplayConditions& display) {
   instrument.kinematics = contact_.kinematics;
   instrument.passivity.control = display.control;
   instrument.guard.ramp_in = 1e-9;  // the start of a session is not measured here
-  if (!live_) instrument.guard.stale_age_ns = std::numeric_limits<Nanoseconds>::max();
+  if (!live_) {
+    instrument.guard.stale_age_ns = std::numeric_limits<Nanoseconds>::max();
+    // An energy tank would take the force of a contact that vibrates: what is stable would not be displayed.
+    instrument.passivity.still = false;
+  }
   if (!display.guard) {
     instrument.guard.max_force = kUnlimitedForce;
     instrument.guard.max_torque = kUnlimitedForce;
