@@ -65,6 +65,7 @@ void HapticContact::Locate(TipPose tip) noexcept {
   result_ = {};
   in_lattice_ = began_beside_ = false;
   pushed_W_.setZero();
+  held_W_.setZero();
   organ_offset_W_.setZero();
   if (organ_ >= 0) organ_offset_W_ = patch_->motion.Offset(tip.time_ns);
   tip.X_WT.translation() -= organ_offset_W_;
@@ -184,6 +185,8 @@ void HapticContact::Solve(HapticContact* tip) noexcept {
 
 void HapticContact::Solve(HapticContact* a, HapticContact* c) noexcept {
   FindForces(a, c);
+  a->HoldBack(*c);
+  c->HoldBack(*a);
   a->Apply();
   c->Apply();
 }
@@ -238,7 +241,6 @@ Matrix3d HapticContact::ConstantCouplingTo(PlaceId place) const {
 
 void HapticContact::FindForce() noexcept {
   moved_W_ = pushed_W_;
-  held_W_.setZero();
   if (!in_lattice_) return;
   TakeSlipBack();
   SlipInJaws(WayInJaws(TipForce(tip_)));
@@ -270,18 +272,14 @@ void HapticContact::FindForces(HapticContact* a, HapticContact* c) noexcept {
   }
   a->moved_W_ = coupling_W * force_c_W + a->pushed_W_;
   c->moved_W_ = coupling_W.transpose() * force_a_W + c->pushed_W_;
-  a->held_W_ = c->HeldBack(coupling_W, force_a_W);
-  c->held_W_ = a->HeldBack(coupling_W.transpose(), force_c_W);
 }
 
-// Returns the displacement of another tip's tissue by the force with which these jaws answer the other tip's
-// force, m. A body that is held by little but the jaws would give way by decimetres without it.
-Vector3d HapticContact::HeldBack(const Matrix3d& coupling_W,
-                                 const Vector3d& other_force_W) const noexcept {
-  if (!tip_.holds) return Vector3d::Zero();
+void HapticContact::HoldBack(const HapticContact& jaws) noexcept {
+  if (!in_lattice_ || tip_.holds || !jaws.tip_.holds || jaws.organ_ != organ_) return;
+  const Matrix3d coupling_W = CouplingTo(jaws);
   const Vector3d held_W =
-      coupling_W * OwnCompliance().ldlt().solve(coupling_W.transpose() * other_force_W);
-  return held_W.allFinite() ? held_W : Vector3d::Zero();
+      coupling_W * jaws.OwnCompliance().ldlt().solve(coupling_W.transpose() * found_W_);
+  if (held_W.squaredNorm() > held_W_.squaredNorm()) held_W_ = held_W;
 }
 
 TickContactPoint HapticContact::contact_point() const noexcept {

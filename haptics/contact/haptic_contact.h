@@ -180,6 +180,10 @@ class HapticContact {
   /// the others displace the tissue (PushTo), as often as needed, and then the results.
   void FindForce() noexcept;
   static void FindForces(HapticContact* a, HapticContact* c) noexcept;
+  /// Once the forces are found: the depth of this press counts from where these jaws keep the tissue. A body
+  /// that hangs in little but the jaws would else give way by decimetres. Of several jaws those that keep most
+  /// count.
+  void HoldBack(const HapticContact& jaws) noexcept;
   void Apply() noexcept;
   /// Sets the displacement of the tissue by contacts that are not in FindForces, m.
   void PushTo(const Vector3d& moved_W) noexcept;
@@ -218,7 +222,6 @@ class HapticContact {
   bool FindContact(const TipPose& tip);
   bool FindBeside(const TipPose& tip);
   Matrix3d ConstantCouplingTo(PlaceId place) const;
-  Vector3d HeldBack(const Matrix3d& coupling_W, const Vector3d& other_force_W) const noexcept;
   bool FindFarContact(const Vector3d& p_last_W, const Vector3d& p_tip_W, double radius,
                       bool moved_far);
   bool FindOnShaft(TipPose* tip);

@@ -102,6 +102,13 @@ void TipContacts::JoinTips() {
 
 void TipContacts::Solve(std::span<TipContacts* const> tools) noexcept {
   FindForces(tools);
+  for (TipContacts* const tool : tools) {
+    for (HapticContact& place : tool->places_) {
+      for (const TipContacts* const other : tools) {
+        for (const HapticContact& jaws : other->places_) place.HoldBack(jaws);
+      }
+    }
+  }
   for (TipContacts* const tool : tools) tool->Finish();
 }
 

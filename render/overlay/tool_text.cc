@@ -159,7 +159,8 @@ bool AddTargetLines(const Status& status, const StatusNames& names, int tool,
       // To the tube's axis, which must come between the jaws.
       const double way = (near_W - middle_W).norm();
       AddWayLines(status, tool, middle_W, near_W, way, names.ducts[duct], lines);
-      if (gap < kBesideJaws) lines->push_back({"not between the jaws", Tone::kWarning});
+      const bool beside = gap < kBesideJaws && pose.jaw >= kJawGrasps;
+      if (beside) lines->push_back({"not between the jaws", Tone::kWarning});
       return true;
     }
   }
