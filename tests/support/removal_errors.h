@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "engine/exercise/duct_judge.h"
 #include "engine/exercise/step_queries.h"
 #include "tests/support/removal_surgeon.h"
 
@@ -397,6 +398,7 @@ struct ErrorTrial {
   bool done = false;                         ///< Both acts could be done.
   bool found = false;                        ///< The wrong act was found.
   bool false_alarm = false;                  ///< The near miss was flagged as that error.
+  std::string faults = {};                   ///< Of clips that the near miss put on.
   std::vector<std::string> unexpected = {};  ///< Other rules that were broken.
 };
 
@@ -430,6 +432,9 @@ class RemovalErrorTrials {
     trial.done = error.near_miss(&near);
     const std::size_t flagged = near.Errors().size();
     trial.false_alarm = Judge(error, near.Errors(), before, &trial) > 0;
+    for (std::size_t e = before; e < flagged; ++e) {
+      trial.faults += FaultText(near.result().errors[e].clip, "", false);
+    }
     bool wrong_done = false;
     std::vector<std::string> errors;
     std::size_t earlier = flagged;

@@ -54,6 +54,7 @@ void TryIn(const std::string& variant, int seed, std::vector<Row>* rows, bool* c
     if (trial.done && trial.found && !trial.false_alarm && trial.unexpected.empty()) continue;
     std::printf("  %s: %s%s%s", errors[e].name.c_str(), trial.done ? "" : "not done, ",
                 trial.found ? "found" : "not found", trial.false_alarm ? ", false alarm" : "");
+    if (!trial.faults.empty()) std::printf(" (%s)", trial.faults.c_str());
     for (const std::string& other : trial.unexpected) std::printf(", also %s", other.c_str());
     std::printf("\n");
     std::fflush(stdout);
