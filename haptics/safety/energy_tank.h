@@ -28,10 +28,11 @@ struct EnergyTankOptions {
 /// 3. If U exceeds E, the force of soft tissue is scaled down as it gives energy back. With U_max the
 ///    largest recent U of the tissue, which returns to U with the time constant `settle`,
 ///        share = 1 - (1 - (E - U_walls) / U) min(1, max(8 (1 - U / U_max), 2 (1 - 10 E / E_max))),
-///    where E_max is the same of E. The second term is for tissue that follows a tip on its way out: U then stays
-///    while E is spent. So the force is the tissue's own while a tool presses on, and again once it stands still. On the way
-///    out it changes without a step, and springs that store E are left at its end. A force that fades out
-///    after its contact stores nothing: its share falls with what is left of E.
+///    where E_max is the same of E. The second term is for tissue that follows a tip on its way out: U then
+///    stays while E is spent. So the force is the tissue's own while a tool presses on, and again once it
+///    stands still. On the way out it changes without a step unless E is nearly spent, and springs that store
+///    E are left at its end. A force that fades out after its contact stores nothing: its share falls with
+///    what is left of E.
 /// 4. Where a tip jumps, the tank starts with what the springs store there.
 /// 5. A free organ's fall is not in E: what it pushes a hand back by fades out.
 /// 6. A contact in which jaws hold is not limited, until all tools are free: jaws do work themselves.
