@@ -232,9 +232,7 @@ StatusText RenderLoop::TextOf(const SceneSnapshot& snapshot) {
   }
   if (guide_) {
     status.to_free = guide_->attachments;
-    status.to_free_nearest = guide_->nearest;
-    status.to_free_W = guide_->nearest_W;
-    status.to_free_gap = guide_->gap;
+    status.nearest_to_free = guide_->nearest;
     status.tautness = guide_->tautness;
   }
   status.optics_turn = OpticsTurn(first_scope_, scope_);

@@ -349,9 +349,8 @@ class HapticContact {
   CondensedTip tip_;
   Matrix3d coupling_W_ = Matrix3d::Zero();  // C_ac at the foot, to the other tip's step place
   Vector3d pushed_W_ = Vector3d::Zero();    // displacement by PushTo, in tip_
-  Vector3d held_W_ =
-      Vector3d::Zero();  // by how much jaws keep the tissue from following the tip, m
-  Vector3d found_W_ = Vector3d::Zero();  // force on the tissue, N
+  Vector3d held_W_ = Vector3d::Zero();      // displacement by what jaws answer the tip, m
+  Vector3d found_W_ = Vector3d::Zero();     // force on the tissue, N
 
   // Viscoelastic organ.
   MaxwellStep step_;                             // since the last tick

@@ -102,13 +102,13 @@ void TipContacts::JoinTips() {
 
 void TipContacts::Solve(std::span<TipContacts* const> tools) noexcept {
   FindForces(tools);
-  for (TipContacts* const tool : tools) {
-    for (HapticContact& place : tool->places_) {
-      for (const TipContacts* const other : tools) {
-        for (const HapticContact& jaws : other->places_) place.HoldBack(jaws);
-      }
-    }
-  }
+  const auto visit = [&](const auto& act) {
+    for (TipContacts* const tool : tools) std::ranges::for_each(tool->places_, act);
+  };
+  visit([&](const HapticContact& jaws) {
+    if (jaws.result().kind != ContactKind::kGrasp) return;
+    visit([&](HapticContact& place) { place.HoldBack(jaws); });
+  });
   for (TipContacts* const tool : tools) tool->Finish();
 }
 

@@ -54,10 +54,10 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
     energy_ = tissue + walls;
     largest_ = tissue;
   }
-  largest_ = std::max(tissue, tissue + kept_ * (largest_ - tissue));
+  largest_ = LargestRecent(largest_, tissue);
   if (!options_.control || held_) return share_ = 1;
   const double left = energy_ + options_.reserve - walls;
-  most_left_ = std::max(left, left + kept_ * (most_left_ - left));
+  most_left_ = LargestRecent(most_left_, left);
   if (!(tissue > 0)) {
     if (!end_left_) end_left_ = left;
     const double given = (*end_left_ - left) / std::max(*end_left_, options_.reserve);
@@ -69,6 +69,12 @@ double EnergyTank::Limit(std::span<const Press> presses) noexcept {
   const double given_back = std::min(1.0, std::max(kSteep * released, 2 * spent));
   end_left_.reset();
   return share_ = end_share_ = 1 - (1 - covered) * given_back;
+}
+
+// Returns the largest recent value of which `last` was it a tick ago. It returns to `now` with the time constant
+// `settle`.
+double EnergyTank::LargestRecent(double last, double now) const {
+  return std::max(now, now + kept_ * (last - now));
 }
 
 void EnergyTank::Observe(std::span<const Vector3d> forces_W) noexcept {

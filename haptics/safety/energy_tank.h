@@ -67,6 +67,8 @@ class EnergyTank {
     Vector3d force_W = Vector3d::Zero();  // displayed in the last tick
   };
 
+  double LargestRecent(double last, double now) const;
+
   EnergyTankOptions options_;
   double kept_;  // of a difference that falls with the time constant `settle`, in a tick
   std::array<Tool, kMaxInstruments> tools_;

@@ -8,6 +8,7 @@
 #include "engine/base/handling_limits.h"
 #include "engine/exercise/exercise_options.h"
 #include "engine/snapshots.h"
+#include "render/overlay/nearest_fibre.h"
 #include "render/overlay/picture_marks.h"
 #include "render/overlay/view_settings.h"
 
@@ -44,9 +45,7 @@ struct Status {
   /// Attachments that the exercise asks to free next, and what is left of them nearest to the tip of each
   /// tool that frees layers.
   std::vector<int> to_free = {};
-  std::array<std::optional<Vector3d>, kMaxInstruments> to_free_W = {};
-  std::array<int, kMaxInstruments> to_free_nearest = {};  ///< The attachment there.
-  std::array<double, kMaxInstruments> to_free_gap = {};   ///< m between its two surfaces there.
+  std::array<std::optional<NearestFibre>, kMaxInstruments> nearest_to_free = {};
   double tautness = 0;      ///< Their largest share of the way to tearing, 0..1.
   double aspect = 4.0 / 3;  ///< Width of the picture over its height.
   std::array<bool, kMaxInstruments> outside{};  ///< The tip is outside the circular picture.

@@ -87,11 +87,6 @@ NearestDuct NearestDuctTo(const Vector3d& p_W, const Status& status, const Statu
 // m from which on the way to a target is told, and the least share of it that is.
 constexpr double kWayShown = 0.0005, kLeastShare = 0.4;
 
-// Returns the side of the picture to which x, to the right, and y, up, lead.
-const char* PictureSide(double x, double y) {
-  return std::abs(x) > std::abs(y) ? (x < 0 ? "left" : "right") : (y < 0 ? "down" : "up");
-}
-
 // Returns how the hand moves the tip by `way_W` (m): "push in, left", with the picture's sides.
 std::string WayText(const ToolPose& pose, const Isometry3d& X_WC, const Vector3d& way_W) {
   const Vector3d out_W = pose.X_WT.linear().col(2);
@@ -102,7 +97,7 @@ std::string WayText(const ToolPose& pose, const Isometry3d& X_WC, const Vector3d
   const double x = beside_C.x(), y = beside_C.y();
   if (std::max(std::abs(x), std::abs(y)) > least) {
     way += way.empty() ? "" : ", ";
-    way += PictureSide(x, y);
+    way += std::abs(x) > std::abs(y) ? (x < 0 ? "left" : "right") : (y < 0 ? "down" : "up");
   }
   return way;
 }
@@ -134,13 +129,13 @@ constexpr double kRoom = 0.0005, kGapShown = 0.01, kMostPull = 0.6;
 // Adds that an instrument does not fit between the organs of the layer to free.
 void AddGapLine(const Status& status, const StatusNames& names, int tool,
                 std::vector<StatusLine>* lines) {
-  if (!status.to_free_W[ToSize(tool)]) return;
-  const double gap = status.to_free_gap[ToSize(tool)];
+  const std::optional<NearestFibre>& nearest = status.nearest_to_free[ToSize(tool)];
+  if (!nearest) return;
   const double thick =
       2 * OfInstrument(names.tip_radii, tool, status.scene.tools[tool].instrument_index);
-  if (gap >= thick + kRoom || thick == 0) return;
+  if (nearest->gap >= thick + kRoom || thick == 0) return;
   const char* advice = status.tautness < kMostPull ? ": pull further" : "";
-  lines->push_back({Format("gap %.1f mm", 1e3 * gap) + advice, Tone::kWarning});
+  lines->push_back({Format("gap %.1f mm", 1e3 * nearest->gap) + advice, Tone::kWarning});
 }
 
 // m up to which jaws that close on ducts are said to be near one, and to miss it narrowly.
@@ -164,12 +159,13 @@ bool AddTargetLines(const Status& status, const StatusNames& names, int tool,
       return true;
     }
   }
-  if (const std::optional<Vector3d>& to_W = status.to_free_W[ToSize(tool)];
-      to_W && ToSize(status.to_free_nearest[ToSize(tool)]) < names.layers.size()) {
+  if (const std::optional<NearestFibre>& nearest = status.nearest_to_free[ToSize(tool)];
+      nearest && ToSize(nearest->attachment) < names.layers.size()) {
     const Vector3d tip_W = pose.X_WT.translation();
-    AddWayLines(status, tool, tip_W, *to_W, (*to_W - tip_W).norm(),
-                names.layers[ToSize(status.to_free_nearest[ToSize(tool)])], lines);
-    if ((*to_W - tip_W).norm() < kGapShown) AddGapLine(status, names, tool, lines);
+    const double distance = (nearest->p_W - tip_W).norm();
+    AddWayLines(status, tool, tip_W, nearest->p_W, distance,
+                names.layers[ToSize(nearest->attachment)], lines);
+    if (distance < kGapShown) AddGapLine(status, names, tool, lines);
     return true;
   }
   return false;
@@ -301,18 +297,20 @@ void AddCutAhead(const Status& status, const StatusNames& names, int tool,
     lines->push_back({Format("%.1f mm from a clip", 1e3 * to_clip),
                       to_clip < kNarrowCut ? Tone::kWarning : Tone::kDim});
   }
-  if (!status.view.guidance || !names.exercise || duct >= names.exercise->ducts.size()) {
-    lines->push_back({Format("%d and %d clips beside it", before, after), Tone::kPlain});
-    return;
+  Tone tone = Tone::kPlain;  // without a guiding exercise nothing judges them
+  int organ_end = -1;
+  if (status.view.guidance && names.exercise && duct < names.exercise->ducts.size()) {
+    const ExerciseDuct& judged = names.exercise->ducts[duct];
+    organ_end = judged.organ_end;
+    const bool enough =
+        DuctJudge::AreEnough(before, after, judged, names.exercise->clips_that_stay);
+    tone = enough ? Tone::kGood : Tone::kWarning;
   }
-  const ExerciseDuct& judged = names.exercise->ducts[duct];
-  const bool enough = DuctJudge::AreEnough(before, after, judged, names.exercise->clips_that_stay);
-  const Tone tone = enough ? Tone::kGood : Tone::kWarning;
-  if (judged.organ_end < 0) {
+  if (organ_end < 0) {
     lines->push_back({Format("%d and %d clips beside it", before, after), tone});
     return;
   }
-  const int leave = judged.organ_end == 0 ? before : after, stay = before + after - leave;
+  const int leave = organ_end == 0 ? before : after, stay = before + after - leave;
   lines->push_back({Format("%d %s, %d %s out", stay, stay == 1 ? "clip stays" : "clips stay", leave,
                            leave == 1 ? "comes" : "come"),
                     tone});

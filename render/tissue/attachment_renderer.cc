@@ -174,9 +174,7 @@ void AttachmentRenderer::AddStrip(const Layer& layer, std::size_t sample, const 
 void AttachmentRenderer::DrawLeft(const SceneSnapshot& snapshot, const Laparoscope& scope,
                                   FreeingGuide* guide) {
   fibres_.clear();
-  guide->nearest_W = {};
-  guide->nearest.fill(-1);
-  guide->gap = {};
+  guide->nearest = {};
   guide->tautness = 0;
   std::array<double, kMaxInstruments> least;
   least.fill(std::numeric_limits<double>::infinity());
@@ -202,14 +200,12 @@ void AttachmentRenderer::DrawLeft(const SceneSnapshot& snapshot, const Laparosco
         const Vector3d near_W = ClosestPointOnSegment(tip_W, a_W, b_W);
         if ((tip_W - near_W).norm() >= least[t]) continue;
         least[t] = (tip_W - near_W).norm();
-        guide->nearest_W[t] = near_W;
-        guide->nearest[t] = attachment;
-        guide->gap[t] = (b_W - a_W).norm();
+        guide->nearest[t] = {near_W, attachment, (b_W - a_W).norm()};
       }
     }
   }
   for (std::size_t t = 0; t < kMaxInstruments; ++t) {
-    if (guide->nearest_W[t]) add(*guide->tips_W[t], *guide->nearest_W[t]);
+    if (guide->nearest[t]) add(*guide->tips_W[t], guide->nearest[t]->p_W);
   }
   mark_renderer_.Draw(fibres_, kDotHidden, Laparoscope::kFar);
 }

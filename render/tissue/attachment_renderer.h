@@ -8,6 +8,7 @@
 #include "engine/snapshots.h"
 #include "render/camera/laparoscope.h"
 #include "render/overlay/mark_renderer.h"
+#include "render/overlay/nearest_fibre.h"
 #include "render/tissue/organ_renderer.h"
 
 namespace hpdm {
@@ -24,12 +25,8 @@ struct FreeingGuide {
   Colour colour = Colour::Ones();
   /// The tips of the instruments that can free it, m.
   std::array<std::optional<Vector3d>, kMaxInstruments> tips_W = {};
-  /// Output: the point nearest to each tip on the fibres that still hold; none if none does.
-  std::array<std::optional<Vector3d>, kMaxInstruments> nearest_W = {};
-  /// Output: the attachment of that point; -1: none.
-  std::array<int, kMaxInstruments> nearest = {};
-  /// Output: how far the layer's two surfaces are apart there, m; 0 without such a point.
-  std::array<double, kMaxInstruments> gap = {};
+  /// Output: the fibre nearest to each tip among those that still hold; none if none does.
+  std::array<std::optional<NearestFibre>, kMaxInstruments> nearest = {};
   /// Output: the largest share of the way to tearing that a fibre has gone, 0..1.
   double tautness = 0;
 };

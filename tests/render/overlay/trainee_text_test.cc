@@ -44,10 +44,8 @@ struct Trainee {
     status.optics_changed = optics_changed;
     status.to_free = to_free;
     if (!to_free.empty()) {
-      status.to_free_W[1] = scene.tools[1].X_WT * to_free_T;
-      status.to_free_nearest[1] = to_free.back();
+      status.nearest_to_free[1] = {scene.tools[1].X_WT * to_free_T, to_free.back(), to_free_gap};
     }
-    status.to_free_gap[1] = to_free_gap;
     status.tautness = tautness;
     return MakeStatusText(status, names);
   }

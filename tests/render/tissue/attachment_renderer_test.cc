@@ -227,12 +227,13 @@ TEST_F(LiftedBlock, TellsHowFarWhatIsLeftOfALayerIs) {
     FreeingGuide guide{{attachment}};
     guide.tips_W[2] = p_W;
     view.Draw(scene_, Laparoscope(options, kWidth, kHeight), kOverlayNone, &guide);
-    EXPECT_FALSE(guide.nearest_W[0]) << "no instrument there";
-    EXPECT_EQ(guide.nearest[2], guide.nearest_W[2] ? attachment : -1);
+    EXPECT_FALSE(guide.nearest[0]) << "no instrument there";
     tautness = guide.tautness;
-    gap = guide.gap[2];
-    const std::optional<Vector3d>& near_W = guide.nearest_W[2];
-    return near_W ? (p_W - *near_W).norm() : std::numeric_limits<double>::infinity();
+    const std::optional<NearestFibre>& nearest = guide.nearest[2];
+    if (!nearest) return std::numeric_limits<double>::infinity();
+    EXPECT_EQ(nearest->attachment, attachment);
+    gap = nearest->gap;
+    return (p_W - nearest->p_W).norm();
   };
   const AttachmentBed& bed = beds_[0];
   const Vector3d middle_W =

@@ -228,16 +228,19 @@ organ = 'liver'
   EXPECT_EQ(errors[9].organ, 0);
 }
 
-TEST_F(SceneTest, AStepNamesAnAttachment) {
-  std::string organs = kOrgans;
-  const std::string second = "[[attachment]]\na = 'bag'";
-  organs.replace(organs.find(second), second.size(), "[[attachment]]\nname = 'bed'\na = 'bag'");
-  const Scene scene = Load(organs + R"(
+const std::string kFreesTheBed = R"(
 [exercise]
 [[exercise.step]]
 name = 'free'
 free = 'bed'
 area = 1e-4
+)";
+
+TEST_F(SceneTest, AStepNamesAnAttachment) {
+  std::string organs = kOrgans;
+  const std::string second = "[[attachment]]\na = 'bag'";
+  organs.replace(organs.find(second), second.size(), "[[attachment]]\nname = 'bed'\na = 'bag'");
+  const Scene scene = Load(organs + kFreesTheBed + R"(
 [[exercise.error]]
 kind = 'tear'
 organ = 'bed'
@@ -253,13 +256,7 @@ TEST_F(SceneTest, AStepFreesAllAttachmentsOfALabel) {
        at += 15) {
     organs.insert(at + 15, "label = 'bed'\n");
   }
-  const Scene scene = Load(organs + R"(
-[exercise]
-[[exercise.step]]
-name = 'free'
-free = 'bed'
-area = 1e-4
-)");
+  const Scene scene = Load(organs + kFreesTheBed);
   ASSERT_EQ(scene.attachments.size(), 2u);
   EXPECT_EQ(scene.exercise.value().steps[0].frees, (std::vector{0, 1}));
 }
